@@ -1,0 +1,27 @@
+"""The surrogate: features, U-Net, data, training, evaluation and the shipped weights.
+
+Names are imported on first use: the worker compares masks without loading torch.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from model.metrics import Comparison, compare
+    from model.surrogate import ExpectedError, Prediction, Surrogate
+
+_HOMES = {
+    "Comparison": "model.metrics",
+    "compare": "model.metrics",
+    "ExpectedError": "model.surrogate",
+    "Prediction": "model.surrogate",
+    "Surrogate": "model.surrogate",
+}
+
+__all__ = ["Comparison", "ExpectedError", "Prediction", "Surrogate", "compare"]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return getattr(import_module(_HOMES[name]), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

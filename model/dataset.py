@@ -1,0 +1,192 @@
+"""Data sets: random midpoint surfaces and their contact masks, solved and stored as PNG files with their units.
+
+A directory holds ``dataset.json`` (the configuration), ``samples.jsonl`` (one line a sample, in order) and, for each sample,
+a 16-bit grey height map and a 1-bit contact mask. The same configuration gives the same files; a build that was stopped
+goes on where it ended.
+"""
+
+import json
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass
+from itertools import repeat
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+from tqdm import tqdm
+
+from model.errors import DatasetError
+from solver.problem import BoolArray, Boundary, ContactProblem
+from solver.solution import Status
+from solver.solve import solve
+from solver.surfaces import random_midpoint_displacement
+
+CODES = 65535
+"""Highest code of a 16-bit height map; code 0 is the lowest height, CODES the highest."""
+
+
+@dataclass(frozen=True)
+class DatasetConfig:
+    """What a data set contains; the defaults are the paper's test surfaces with the material of its figures.
+
+    Attributes:
+        size: pixels a side, a power of two.
+        count: number of samples.
+        seed: first surface seed; sample i has seed + i.
+        hurst_range: Hurst exponents are uniform in this range.
+        load_range_n: loads are log-uniform in this range, in N.
+        periodic_share: share of samples with the periodic boundary, the others are free.
+        side_mm: side of the square.
+        height_range_um: lowest to highest height.
+        effective_modulus_gpa: E*.
+        tolerance: of the solver.
+    """
+
+    size: int = 128
+    count: int = 100
+    seed: int = 0
+    hurst_range: tuple[float, float] = (0.5, 0.5)
+    load_range_n: tuple[float, float] = (10.0, 50.0)
+    periodic_share: float = 0.0
+    side_mm: float = 1.0
+    height_range_um: float = 50.0
+    effective_modulus_gpa: float = 6.843
+    tolerance: float = 1e-6
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One line of ``samples.jsonl``: all that is needed to upload the height map or to read the mask."""
+
+    heights: str
+    mask: str
+    seed: int
+    hurst: float
+    load_n: float
+    boundary: Boundary
+    pixel_size_um: float
+    height_range_um: float
+    effective_modulus_gpa: float
+    tolerance: float
+    status: str
+    residual: float
+    contact_fraction: float
+
+
+def build(directory: Path, config: DatasetConfig, processes: int = 1) -> None:
+    """Build a data set, or the rest of one that was stopped.
+
+    Args:
+        directory: made if it is not there.
+        config: what to build; a larger count than before extends the data set.
+        processes: how many solve side by side.
+
+    Raises:
+        DatasetError: the directory holds a data set of another configuration.
+    """
+    directory.mkdir(parents=True, exist_ok=True)
+    _claim(directory, config)
+    samples = directory / "samples.jsonl"
+    done = _complete_lines(samples)
+    remaining = range(done, config.count)
+    with (
+        samples.open("a", encoding="utf-8") as lines,
+        ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool,
+    ):
+        results = pool.map(_make_sample, repeat(directory), repeat(config), remaining, chunksize=4)
+        for sample in tqdm(results, total=config.count, initial=done, desc=f"{config.size} x {config.size}"):
+            lines.write(json.dumps(asdict(sample)) + "\n")
+            lines.flush()
+
+
+def read_samples(directory: Path) -> list[Sample]:
+    """The samples of a data set, in order.
+
+    Raises:
+        DatasetError: there is no data set in the directory.
+    """
+    path = directory / "samples.jsonl"
+    if not path.exists():
+        raise DatasetError(f"{directory} holds no data set; build one with `asperity dataset`.")
+    return [Sample(**json.loads(line)) for line in path.read_text(encoding="utf-8").splitlines()]
+
+
+def read_pairs(directory: Path) -> Iterator[tuple[ContactProblem, BoolArray]]:
+    """Problems and reference contact masks of the samples that converged, in order."""
+    for sample in read_samples(directory):
+        if sample.status != Status.CONVERGED.name:
+            continue
+        codes = np.asarray(Image.open(directory / sample.heights), dtype=np.uint16)
+        mask = np.asarray(Image.open(directory / sample.mask), dtype=np.bool_)
+        problem = ContactProblem(
+            heights=codes / CODES * (sample.height_range_um * 1e-6),
+            pixel_size=(sample.pixel_size_um * 1e-6, sample.pixel_size_um * 1e-6),
+            load=sample.load_n,
+            effective_modulus=sample.effective_modulus_gpa * 1e9,
+            boundary=sample.boundary,
+        )
+        yield problem, mask
+
+
+def _claim(directory: Path, config: DatasetConfig) -> None:
+    """Write the configuration, or check that the directory has the same one but for the count."""
+    path = directory / "dataset.json"
+    wanted = asdict(config)
+    if path.exists():
+        held = json.loads(path.read_text(encoding="utf-8"))
+        differing = [key for key in wanted if key != "count" and held.get(key) != json.loads(json.dumps(wanted[key]))]
+        if differing:
+            raise DatasetError(
+                f"{directory} holds a data set with another {', '.join(differing)}; choose another directory."
+            )
+    path.write_text(json.dumps(wanted, indent=2) + "\n", encoding="utf-8")
+
+
+def _complete_lines(samples: Path) -> int:
+    """Number of whole lines; a last line cut short by a stop is dropped."""
+    if not samples.exists():
+        return 0
+    text = samples.read_text(encoding="utf-8")
+    whole = text[: text.rfind("\n") + 1]
+    if whole != text:
+        samples.write_text(whole, encoding="utf-8")
+    return whole.count("\n")
+
+
+def _make_sample(directory: Path, config: DatasetConfig, index: int) -> Sample:
+    """Make, solve and store one sample. Heights are quantised to 16 bits before the solve, as a user's would be."""
+    seed = config.seed + index
+    generator = np.random.default_rng([seed, 1])
+    hurst = float(generator.uniform(*config.hurst_range))
+    load = float(np.exp(generator.uniform(*np.log(config.load_range_n))))
+    boundary: Boundary = "periodic" if generator.random() < config.periodic_share else "free"
+    codes = np.rint(random_midpoint_displacement(config.size, hurst, seed) * CODES).astype(np.uint16)
+    pixel_size_um = config.side_mm * 1e3 / config.size
+    problem = ContactProblem(
+        heights=codes / CODES * (config.height_range_um * 1e-6),
+        pixel_size=(pixel_size_um * 1e-6, pixel_size_um * 1e-6),
+        load=load,
+        effective_modulus=config.effective_modulus_gpa * 1e9,
+        boundary=boundary,
+    )
+    solution = solve(problem, tolerance=config.tolerance)
+    name = f"{index:06d}"
+    Image.fromarray(codes).save(directory / f"{name}.png")
+    Image.fromarray(solution.contact_mask).save(directory / f"{name}.mask.png", bits=1)
+    return Sample(
+        heights=f"{name}.png",
+        mask=f"{name}.mask.png",
+        seed=seed,
+        hurst=hurst,
+        load_n=load,
+        boundary=boundary,
+        pixel_size_um=pixel_size_um,
+        height_range_um=config.height_range_um,
+        effective_modulus_gpa=config.effective_modulus_gpa,
+        tolerance=config.tolerance,
+        status=solution.status.name,
+        residual=solution.residual,
+        contact_fraction=solution.contact_fraction,
+    )

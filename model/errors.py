@@ -1,0 +1,19 @@
+"""Typed errors of the offline part: data sets, training and weights."""
+
+from solver.errors import AsperityError
+
+
+class DatasetError(AsperityError):
+    """A data set that does not match what was asked of it."""
+
+    code = "invalid-dataset"
+    title = "The data set cannot be used"
+    http_status = 422
+
+
+class WeightsError(AsperityError):
+    """Weights that are missing or whose hash is not the one promised."""
+
+    code = "weights-unavailable"
+    title = "The surrogate's weights cannot be loaded"
+    http_status = 503

@@ -1,0 +1,123 @@
+"""The surrogate: from a contact problem to its predicted contact mask, with an estimate of its own error."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from model.features import LOAD_CHANNEL, SMALLEST_SIDE, features
+from model.mask import decide, doubt
+from model.weights import SHIPPED, Weights, load_weights
+from solver.errors import NotConvergedError
+from solver.problem import BoolArray, ContactProblem
+from solver.solve import solve
+
+
+@dataclass(frozen=True)
+class ExpectedError:
+    """Expected absolute errors of a prediction, dimensionless.
+
+    Attributes:
+        dice: expected 1 - Dice of the mask.
+        contact_area: relative error of the contact area.
+        contact_resistance: relative error of the contact resistance.
+    """
+
+    dice: float
+    contact_area: float
+    contact_resistance: float
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """What the surrogate says of a problem.
+
+    Attributes:
+        contact_mask: where the bodies touch, shape (rows, columns).
+        probability: of contact, float32, same shape.
+        method: ``surrogate``, or ``fft`` where the map is too small or too flat for it and the solver answered.
+        expected_error: zero where the solver answered.
+        in_distribution: whether the dimensionless load lies within what was trained.
+        timings_ms: by stage: ``features`` and ``network``, or ``solve``.
+    """
+
+    contact_mask: BoolArray
+    probability: NDArray[np.float32]
+    method: str
+    expected_error: ExpectedError
+    in_distribution: bool
+    timings_ms: dict[str, float]
+
+
+class Surrogate:
+    """A network with its weights, ready to predict."""
+
+    def __init__(self, weights: Weights) -> None:
+        self.weights = weights
+        self.reduced_precision = bool(torch.cpu.get_capabilities().get("avx512_bf16"))
+
+    @classmethod
+    def load(cls, directory: Path = SHIPPED) -> "Surrogate":
+        """Load weights by hash; the shipped ones unless a directory is given.
+
+        Raises:
+            WeightsError: a file is missing or its hash differs.
+        """
+        return cls(load_weights(directory))
+
+    @property
+    def version(self) -> str:
+        """Name and start of the hash of the weights."""
+        return self.weights.version
+
+    def predict(self, problem: ContactProblem) -> Prediction:
+        """Predict where the bodies touch; maps under ``SMALLEST_SIDE`` pixels a side and flat ones are solved instead."""
+        if min(problem.shape) < SMALLEST_SIDE or problem.rms_height == 0:
+            return _solved(problem)
+        started = perf_counter()
+        inputs = features(problem)
+        between = perf_counter()
+        with torch.inference_mode(), torch.autocast("cpu", torch.bfloat16, enabled=self.reduced_precision):
+            logits = self.weights.network(inputs[None].contiguous(memory_format=torch.channels_last))
+        probability = torch.sigmoid(logits[0].float()).numpy()
+        mask = decide(probability)
+        finished = perf_counter()
+        return Prediction(
+            contact_mask=mask,
+            probability=probability,
+            method="surrogate",
+            expected_error=self._expected_error(doubt(probability, mask)),
+            in_distribution=self._in_distribution(float(inputs[LOAD_CHANNEL, 0, 0])),
+            timings_ms={"features": (between - started) * 1e3, "network": (finished - between) * 1e3},
+        )
+
+    def _expected_error(self, doubted: float) -> ExpectedError:
+        """Expected errors are proportional to the doubt; training measured the factors on its held-out surfaces."""
+        factors = self.weights.manifest["calibration"]
+        return ExpectedError(
+            dice=factors["dice"] * doubted,
+            contact_area=factors["contact_area"] * doubted,
+            contact_resistance=factors["contact_resistance"] * doubted,
+        )
+
+    def _in_distribution(self, log_load: float) -> bool:
+        lowest, highest = self.weights.manifest["log_load_range"]
+        return bool(lowest <= log_load <= highest)
+
+
+def _solved(problem: ContactProblem) -> Prediction:
+    started = perf_counter()
+    solution = solve(problem)
+    if not solution.converged:
+        raise NotConvergedError(f"{solution.status.value} The residual is {solution.residual:.1e}.")
+    return Prediction(
+        contact_mask=solution.contact_mask,
+        probability=solution.contact_mask.astype(np.float32),
+        method="fft",
+        expected_error=ExpectedError(0.0, 0.0, 0.0),
+        in_distribution=True,
+        timings_ms={"solve": (perf_counter() - started) * 1e3},
+    )

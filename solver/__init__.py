@@ -1,0 +1,20 @@
+"""Contact physics and numerics of rough surfaces."""
+
+from solver.errors import AsperityError, InvalidProblemError
+from solver.problem import ContactProblem, effective_modulus
+from solver.resistance import boyer_resistance
+from solver.solution import Solution, Status
+from solver.solve import solve
+from solver.surfaces import random_midpoint_displacement
+
+__all__ = [
+    "AsperityError",
+    "ContactProblem",
+    "InvalidProblemError",
+    "Solution",
+    "Status",
+    "boyer_resistance",
+    "effective_modulus",
+    "random_midpoint_displacement",
+    "solve",
+]

@@ -1,0 +1,69 @@
+"""Displacement by pressure: discrete convolution with the influence coefficients, by the FFT (paper Eqs. 7, 10).
+
+Dimensionless as in :mod:`solver.influence`.
+"""
+
+from functools import lru_cache
+from typing import Protocol
+
+import numpy as np
+from scipy import fft
+
+from solver.influence import free_coefficients, periodic_spectrum
+from solver.problem import Boundary, FloatArray
+
+
+class Convolution(Protocol):
+    """A linear map from pressure to displacement, both of shape (rows, columns)."""
+
+    def __call__(self, pressure: FloatArray) -> FloatArray:
+        """Displacement in units of s, s = sqrt(dx dy), for a pressure in units of E*."""
+        ...
+
+
+class FreeConvolution:
+    """Exact convolution on an isolated patch: zero padding to twice the size, transforms of zero rows left out."""
+
+    def __init__(self, shape: tuple[int, int], pixel_size: tuple[float, float]) -> None:
+        self.shape = shape
+        self.padded = fft.next_fast_len(2 * shape[0] - 1), fft.next_fast_len(2 * shape[1] - 1, real=True)
+        self.spectrum = self._spectrum(pixel_size)
+
+    def _spectrum(self, pixel_size: tuple[float, float]) -> FloatArray:
+        """The kernel is even in both directions, so its spectrum is real: shape (padded rows, padded columns // 2 + 1)."""
+        rows, columns = self.shape
+        coefficients = free_coefficients(self.shape, pixel_size)
+        kernel = np.zeros(self.padded)
+        kernel[:rows, :columns] = coefficients
+        kernel[:rows, -columns + 1 :] = coefficients[:, :0:-1]
+        kernel[-rows + 1 :, :] = kernel[rows - 1 : 0 : -1, :]
+        return np.ascontiguousarray(fft.rfft2(kernel, overwrite_x=True).real)
+
+    def __call__(self, pressure: FloatArray) -> FloatArray:
+        rows, columns = self.shape
+        transform = fft.rfft(pressure, n=self.padded[1], axis=1)
+        transform = fft.fft(transform, n=self.padded[0], axis=0, overwrite_x=True)
+        transform *= self.spectrum
+        transform = fft.ifft(transform, axis=0, overwrite_x=True)[:rows]
+        displacement: FloatArray = fft.irfft(transform, n=self.padded[1], axis=1)[:, :columns]
+        return displacement
+
+
+class PeriodicConvolution:
+    """Exact convolution on a periodic surface; the mean displacement is zero."""
+
+    def __init__(self, shape: tuple[int, int], pixel_size: tuple[float, float]) -> None:
+        self.shape = shape
+        self.spectrum = periodic_spectrum(shape, pixel_size)
+
+    def __call__(self, pressure: FloatArray) -> FloatArray:
+        transform = fft.rfft2(pressure)
+        transform *= self.spectrum
+        displacement: FloatArray = fft.irfft2(transform, s=self.shape, overwrite_x=True)
+        return displacement
+
+
+@lru_cache(maxsize=4)
+def convolution(boundary: Boundary, shape: tuple[int, int], pixel_size: tuple[float, float]) -> Convolution:
+    """The convolution for a boundary and grid; the few last used are kept."""
+    return FreeConvolution(shape, pixel_size) if boundary == "free" else PeriodicConvolution(shape, pixel_size)
