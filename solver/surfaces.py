@@ -9,31 +9,32 @@ from solver.problem import FloatArray
 def random_midpoint_displacement(size: int, hurst: float = 0.5, seed: int | None = None) -> FloatArray:
     """Self-affine surface by random midpoint displacement (paper section 2.1), normalised to heights from 0 to 1.
 
-    The square's midpoints, then the edges' midpoints, are set to the mean of their neighbours plus a normal deviate whose
-    standard deviation falls by 2^(-hurst / 2) with each of the two steps of a level. The fractal dimension is 3 - hurst
-    (the paper's D = 2.5 is hurst = 0.5).
+    Each level sets the midpoints of the squares, then those of their edges, to the mean of their neighbours plus a normal
+    deviate. Its variance, relative to that of the corners, is (1 - 2^(2 hurst - 2)) times 2^(-hurst) to the power of the
+    number of steps so far, two a level, as for fractional Brownian motion. The fractal dimension is 3 - hurst (the paper's
+    D = 2.5 is hurst = 0.5).
 
     Args:
         size: pixels a side, a power of two from 4 on.
-        hurst: Hurst exponent, 0 to 1.
+        hurst: Hurst exponent, from 0 to below 1.
         seed: of the random generator; the same seed gives the same surface.
 
     Returns:
         Heights in [0, 1], shape (size, size), the last row and column of nodes left out.
 
     Raises:
-        InvalidProblemError: a size that is not a power of two, or a Hurst exponent outside [0, 1].
+        InvalidProblemError: a size that is not a power of two, or a Hurst exponent outside [0, 1).
 
-    Source: Saupe in Peitgen & Saupe, The Science of Fractal Images, 1988, algorithm MidPointFM2D.
+    Source: Saupe in Peitgen & Saupe, The Science of Fractal Images, 1988, section 2.3 and algorithm MidPointFM2D.
     """
     if size < 4 or size & (size - 1):
         raise InvalidProblemError(f"The size is {size}; it must be a power of two from 4 on.")
-    if not 0 <= hurst <= 1:
-        raise InvalidProblemError(f"The Hurst exponent is {hurst:g}; it must lie between 0 and 1.")
+    if not 0 <= hurst < 1:
+        raise InvalidProblemError(f"The Hurst exponent is {hurst:g}; it must lie in [0, 1).")
     generator = np.random.default_rng(seed)
     nodes = np.zeros((size + 1, size + 1))
     nodes[::size, ::size] = generator.standard_normal((2, 2))
-    deviation = 1.0
+    deviation = np.sqrt(1 - 2.0 ** (2 * hurst - 2))
     step = size
     while step > 1:
         half = step // 2

@@ -1,0 +1,114 @@
+"""Typed errors of the boundary between people and the packages below: uploads and forms."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from solver.errors import AsperityError
+
+
+@dataclass(frozen=True)
+class FieldError:
+    """One field of a form that cannot be used.
+
+    Attributes:
+        field: its name, as in the form.
+        code: stable name of the fault.
+        detail: what is wrong and what to change.
+    """
+
+    field: str
+    code: str
+    detail: str
+
+
+class InvalidFormError(AsperityError):
+    """One or more fields of a request that are missing or not valid."""
+
+    code = "invalid-form"
+    title = "Some fields are missing or not valid"
+    http_status = 422
+
+    def __init__(self, errors: Sequence[FieldError]) -> None:
+        super().__init__(" ".join(error.detail for error in errors))
+        self.errors = errors
+
+
+class UploadError(AsperityError):
+    """A file that cannot be read as a height map."""
+
+    code = "invalid-upload"
+    title = "The file cannot be read as a height map"
+    http_status = 422
+
+
+class UploadTooLargeError(UploadError):
+    """A request body larger than the service accepts."""
+
+    code = "upload-too-large"
+    title = "The upload is too large"
+    http_status = 413
+
+
+class NotPngError(UploadError):
+    """A file that does not begin as a PNG file does."""
+
+    code = "not-a-png"
+    title = "The file is not a PNG"
+    http_status = 415
+
+
+class TruncatedPngError(UploadError):
+    """A PNG file that ends before its picture does."""
+
+    code = "truncated-png"
+    title = "The PNG file is incomplete"
+
+
+class DamagedPngError(UploadError):
+    """A PNG file whose contents contradict their checksums or the format."""
+
+    code = "damaged-png"
+    title = "The PNG file is damaged"
+
+
+class ColourPngError(UploadError):
+    """A PNG file in colour."""
+
+    code = "colour-png"
+    title = "The PNG file is in colour"
+
+
+class PalettePngError(UploadError):
+    """A PNG file with a palette."""
+
+    code = "palette-png"
+    title = "The PNG file has a palette"
+
+
+class TransparentPngError(UploadError):
+    """A PNG file with an alpha channel or a transparent grey level."""
+
+    code = "transparent-png"
+    title = "The PNG file has transparency"
+
+
+class LowBitDepthError(UploadError):
+    """A grey PNG file with 1, 2 or 4 bits a pixel."""
+
+    code = "low-bit-depth"
+    title = "The PNG file has too few grey levels"
+
+
+class ImageTooLargeError(UploadError):
+    """A PNG file that announces more pixels than a contact problem may have."""
+
+    code = "image-too-large"
+    title = "The height map has too many pixels"
+    http_status = 413
+
+
+class ConstantHeightsError(UploadError):
+    """A PNG file whose pixels are all the same."""
+
+    code = "constant-heights"
+    title = "The height map is constant"

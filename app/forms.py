@@ -1,0 +1,145 @@
+"""The fields of a contact problem as people give them, with the unit in the name; shared by HTTP and command line."""
+
+from collections.abc import Iterable, Mapping
+from typing import Annotated, Any, Self
+
+from pydantic import BaseModel, Field, FiniteFloat, ValidationError, ValidationInfo, field_validator
+from pydantic_core import PydanticCustomError
+
+from app.errors import FieldError, InvalidFormError
+from app.uploads import HeightMap
+from solver.problem import Boundary, ContactProblem, effective_modulus
+
+PositiveFinite = Annotated[FiniteFloat, Field(gt=0)]
+YoungsModulus = Annotated[float, Field(gt=0)]
+PoissonsRatio = Annotated[FiniteFloat, Field(gt=-1, le=0.5)]
+
+BODIES = ("youngs_modulus_1_gpa", "poissons_ratio_1", "youngs_modulus_2_gpa", "poissons_ratio_2")
+
+
+class ProblemForm(BaseModel):
+    """Load, units and material of a contact problem; every description completes the sentence "give the ..."."""
+
+    load_n: PositiveFinite = Field(description="total normal force on the whole map, in N")
+    pixel_size_x_um: PositiveFinite | None = Field(
+        None, description="distance between neighbouring columns, in micrometres, where pixels are not square"
+    )
+    pixel_size_y_um: PositiveFinite | None = Field(
+        None, description="distance between neighbouring rows, in micrometres, where pixels are not square"
+    )
+    pixel_size_um: PositiveFinite | None = Field(
+        None, description="distance between neighbouring pixels, in micrometres", validate_default=True
+    )
+    height_range_um: PositiveFinite = Field(
+        description="height from black (code 0, lowest) to white (code 255 or 65535, highest), in micrometres"
+    )
+    youngs_modulus_1_gpa: YoungsModulus | None = Field(
+        None, description="Young's modulus of the first body, in GPa; 'inf' if rigid"
+    )
+    poissons_ratio_1: PoissonsRatio | None = Field(None, description="Poisson's ratio of the first body")
+    youngs_modulus_2_gpa: YoungsModulus | None = Field(
+        None, description="Young's modulus of the second body, in GPa; 'inf' if rigid"
+    )
+    poissons_ratio_2: PoissonsRatio | None = Field(None, description="Poisson's ratio of the second body")
+    effective_modulus_gpa: PositiveFinite | None = Field(
+        None,
+        description="effective modulus E*, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2, in GPa",
+        validate_default=True,
+    )
+    resistivity_ohm_m: PositiveFinite | None = Field(
+        None, description="mean resistivity of the two bodies, in ohm m; without it no resistance is calculated"
+    )
+    boundary: Boundary = Field(
+        "free", description="boundary: 'free' (an isolated patch on a half-space) or 'periodic' (the map repeats)"
+    )
+
+    @field_validator("pixel_size_um")
+    @classmethod
+    def _one_pixel_size(cls, value: float | None, info: ValidationInfo) -> float | None:
+        _choose_one("pixel_size_um", value, ("pixel_size_x_um", "pixel_size_y_um"), info.data)
+        return value
+
+    @field_validator("effective_modulus_gpa")
+    @classmethod
+    def _one_material(cls, value: float | None, info: ValidationInfo) -> float | None:
+        _choose_one("effective_modulus_gpa", value, BODIES, info.data)
+        return value
+
+    @classmethod
+    def parse(cls, values: Mapping[str, Any]) -> Self:
+        """Build from loose values, such as those of a command line.
+
+        Raises:
+            InvalidFormError: fields are missing or not valid.
+        """
+        try:
+            return cls.model_validate(values)
+        except ValidationError as error:
+            raise InvalidFormError(field_errors(error.errors())) from error
+
+    def problem(self, height_map: HeightMap) -> ContactProblem:
+        """The contact problem in SI units: the one place where units are converted.
+
+        Raises:
+            InvalidProblemError: the map is too small, or both bodies are rigid.
+        """
+        dy_um, dx_um = self.pixel_size_y_um or self.pixel_size_um, self.pixel_size_x_um or self.pixel_size_um
+        assert dy_um is not None and dx_um is not None  # noqa: S101 (_one_pixel_size)
+        return ContactProblem(
+            heights=height_map.heights(self.height_range_um * 1e-6),
+            pixel_size=(dy_um * 1e-6, dx_um * 1e-6),
+            load=self.load_n,
+            effective_modulus=self._effective_modulus(),
+            boundary=self.boundary,
+        )
+
+    def _effective_modulus(self) -> float:
+        """E* in Pa."""
+        if self.effective_modulus_gpa is not None:
+            return self.effective_modulus_gpa * 1e9
+        bodies = (self.youngs_modulus_1_gpa, self.poissons_ratio_1, self.youngs_modulus_2_gpa, self.poissons_ratio_2)
+        modulus_1, ratio_1, modulus_2, ratio_2 = (value for value in bodies if value is not None)
+        return effective_modulus(modulus_1 * 1e9, ratio_1, modulus_2 * 1e9, ratio_2)
+
+
+def _choose_one(name: str, value: float | None, others: tuple[str, ...], given: Mapping[str, Any]) -> None:
+    """Refuse anything but either the one field or all of the others."""
+    if any(other not in given for other in others):
+        return  # one of them has its own error already
+    present = [other for other in others if given[other] is not None]
+    every = ", ".join(others)
+    if value is not None and present:
+        raise PydanticCustomError("ambiguous", f"{name} and {', '.join(present)} are given; give one or the other.")
+    if value is None and not present:
+        meaning = ProblemForm.model_fields[name].description
+        raise PydanticCustomError("missing", f"{name} is missing: give the {meaning}, or {every}.")
+    if value is None and len(present) < len(others):
+        absent = ", ".join(other for other in others if given[other] is None)
+        raise PydanticCustomError("missing", f"{absent} missing: {every} go together, or give {name} alone.")
+
+
+def field_errors(errors: Iterable[Mapping[str, Any]], form: type[BaseModel] = ProblemForm) -> list[FieldError]:
+    """Pydantic's error list as messages for people, in the order of the fields."""
+    return [_field_error(error, form) for error in errors]
+
+
+def _field_error(error: Mapping[str, Any], form: type[BaseModel]) -> FieldError:
+    field = str(error["loc"][-1])
+    info = form.model_fields.get(field)
+    meaning = info.description if info else "value that the documentation at /docs asks for"
+    value = error.get("input")
+    match error["type"]:
+        case "missing" if error["msg"] == "Field required":
+            return FieldError(field, "missing", f"{field} is missing: give the {meaning}.")
+        case "missing" | "ambiguous":
+            return FieldError(field, error["type"], error["msg"])
+        case "finite_number":
+            return FieldError(field, "not-finite", f"{field} is {value}; it must be a finite number: the {meaning}.")
+        case "greater_than" if error["ctx"]["gt"] == 0:
+            return FieldError(field, "not-positive", f"{field} is {value}; it must be positive: the {meaning}.")
+        case "greater_than" | "less_than_equal":
+            return FieldError(field, "out-of-range", f"{field} is {value}; it must lie in (-1, 0.5]: the {meaning}.")
+        case "float_parsing" | "float_type":
+            return FieldError(field, "not-a-number", f"{field} is {value!r}; it must be a number: the {meaning}.")
+        case _:
+            return FieldError(field, "invalid", f"{field} is {value!r}; give the {meaning}.")

@@ -1,0 +1,84 @@
+"""From an upload to the numbers of its contact: decode, validate once, predict, measure."""
+
+from dataclasses import asdict, dataclass
+from time import perf_counter
+
+from app.forms import ProblemForm
+from app.schemas import ExpectedError, Numbers
+from app.surface import read_surface, surface_warnings
+from app.uploads import decode_png
+from model import Surrogate
+from solver import ContactProblem, boyer_resistance
+from solver.problem import BoolArray
+
+OUT_OF_DISTRIBUTION = (
+    "The problem lies outside what the surrogate was trained on, so the expected error may be too small; verify it."
+)
+
+
+class Stopwatch:
+    """Wall time by stage."""
+
+    def __init__(self) -> None:
+        self.timings_ms: dict[str, float] = {}
+        self._started = self._last = perf_counter()
+
+    def lap(self, stage: str) -> None:
+        """End a stage."""
+        now = perf_counter()
+        self.timings_ms[stage] = (now - self._last) * 1e3
+        self.timings_ms["total"] = (now - self._started) * 1e3
+        self._last = now
+
+
+@dataclass(frozen=True, eq=False)
+class Predicted:
+    """A problem and what the surrogate says of it."""
+
+    problem: ContactProblem
+    mask: BoolArray
+    numbers: Numbers
+
+
+def predict(data: bytes, form: ProblemForm, surrogate: Surrogate, stopwatch: Stopwatch) -> Predicted:
+    """Predict the contact of an uploaded height map.
+
+    Args:
+        data: a PNG file.
+        form: load, units and material.
+        surrogate: the network, loaded.
+        stopwatch: gets the stages decode, those of the surrogate, and measure.
+
+    Raises:
+        UploadError, InvalidProblemError: the message says what to change.
+    """
+    height_map = decode_png(data)
+    problem = form.problem(height_map)
+    surface, warnings = read_surface(height_map, problem), surface_warnings(height_map, problem)
+    stopwatch.lap("decode")
+
+    prediction = surrogate.predict(problem)
+    stopwatch.lap("predict")
+    stopwatch.timings_ms |= prediction.timings_ms
+
+    mask = prediction.contact_mask
+    resistance = None
+    if form.resistivity_ohm_m is not None:
+        resistance = boyer_resistance(mask, problem.pixel_size, form.resistivity_ohm_m)
+    if not prediction.in_distribution:
+        warnings.append(OUT_OF_DISTRIBUTION)
+    stopwatch.lap("measure")
+
+    numbers = Numbers(
+        method=prediction.method,
+        model=surrogate.version,
+        contact_area_mm2=float(mask.sum()) * problem.pixel_area * 1e6,
+        contact_fraction=float(mask.mean()),
+        contact_resistance_ohm=resistance,
+        expected_error=ExpectedError(**asdict(prediction.expected_error)),
+        in_distribution=prediction.in_distribution,
+        surface=surface,
+        warnings=warnings,
+        timings_ms=stopwatch.timings_ms,
+    )
+    return Predicted(problem, mask, numbers)

@@ -1,0 +1,133 @@
+"""Problem documents (RFC 9457): the one shape of every refusal and failure."""
+
+import logging
+from http import HTTPStatus
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from pydantic import BaseModel, Field
+from starlette.exceptions import HTTPException
+
+from app.errors import InvalidFormError, UploadError
+from app.forms import field_errors
+from app.schemas import PredictionForm
+from solver.errors import (
+    AsperityError,
+    InvalidHeightsError,
+    InvalidLoadError,
+    InvalidMaterialError,
+    InvalidPixelSizeError,
+)
+
+MEDIA_TYPE = "application/problem+json"
+RETRY_AFTER_SECONDS = 10
+
+FIELD_OF: dict[type[AsperityError], str] = {
+    UploadError: "surface",
+    InvalidHeightsError: "surface",
+    InvalidLoadError: "load_n",
+    InvalidPixelSizeError: "pixel_size_um",
+    InvalidMaterialError: "effective_modulus_gpa",
+}
+"""Field of the form that an error of the lower floors concerns."""
+
+logger = logging.getLogger(__name__)
+
+
+class FieldProblem(BaseModel):
+    """What is wrong with one field of the request."""
+
+    field: str
+    code: str
+    detail: str
+
+
+class Problem(BaseModel):
+    """A problem document."""
+
+    type: str = Field(description="stable URI of the kind of problem, /problems/<code>")
+    title: str
+    status: int
+    detail: str = Field(description="what is wrong and what to change")
+    instance: str = Field(description="path of the request")
+    errors: list[FieldProblem] = Field(description="the same by field, where fields of the request are concerned")
+
+
+def add_problem_handlers(app: FastAPI) -> None:
+    """Answer every error of the application with a problem document."""
+    app.add_exception_handler(AsperityError, _on_asperity_error)
+    app.add_exception_handler(RequestValidationError, _on_validation_error)
+    app.add_exception_handler(HTTPException, _on_http_exception)
+    app.add_exception_handler(Exception, _on_bug)
+
+
+def problem_of(error: AsperityError, instance: str) -> Problem:
+    """The problem document of a typed error."""
+    detail = str(error)
+    if isinstance(error, InvalidFormError):
+        errors = [FieldProblem(field=each.field, code=each.code, detail=each.detail) for each in error.errors]
+    else:
+        fields = [field for kind, field in FIELD_OF.items() if isinstance(error, kind)]
+        errors = [FieldProblem(field=field, code=error.code, detail=detail) for field in fields]
+    return Problem(
+        type=f"/problems/{error.code}",
+        title=error.title,
+        status=error.http_status,
+        detail=detail,
+        instance=instance,
+        errors=errors,
+    )
+
+
+def _on_asperity_error(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, AsperityError)  # noqa: S101 (registered for it)
+    return _response(problem_of(error, request.url.path))
+
+
+def _on_validation_error(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, RequestValidationError)  # noqa: S101 (registered for it)
+    return _on_asperity_error(request, InvalidFormError(field_errors(error.errors(), PredictionForm)))
+
+
+def _on_http_exception(request: Request, error: Exception) -> JSONResponse:
+    """Unknown routes, wrong methods, bodies that are no form."""
+    assert isinstance(error, HTTPException)  # noqa: S101 (registered for it)
+    if isinstance(error.__cause__, AsperityError):  # raised while the body was read
+        return _on_asperity_error(request, error.__cause__)
+    status = HTTPStatus(error.status_code)
+    detail = {
+        HTTPStatus.NOT_FOUND: f"There is nothing at {request.url.path}; /docs lists what there is.",
+        HTTPStatus.METHOD_NOT_ALLOWED: f"{request.method} is not possible at {request.url.path}; /docs lists what is.",
+    }.get(status, f"{error.detail}.")
+    problem = Problem(
+        type=f"/problems/{status.phrase.lower().replace(' ', '-')}",
+        title=status.phrase,
+        status=status,
+        detail=detail,
+        instance=request.url.path,
+        errors=[],
+    )
+    return _response(problem, dict(error.headers or {}))
+
+
+def _on_bug(request: Request, error: Exception) -> JSONResponse:
+    logger.error("%s %s failed", request.method, request.url.path, exc_info=error)
+    detail = "The service failed on this request; its log says why. Nothing is wrong with the request as far as it knows."
+    return _response(
+        Problem(
+            type=f"/problems/{AsperityError.code}",
+            title=AsperityError.title,
+            status=500,
+            detail=detail,
+            instance=request.url.path,
+            errors=[],
+        )
+    )
+
+
+def _response(problem: Problem, headers: dict[str, str] | None = None) -> JSONResponse:
+    headers = headers or {}
+    if problem.status == HTTPStatus.SERVICE_UNAVAILABLE:
+        headers["Retry-After"] = str(RETRY_AFTER_SECONDS)
+    return JSONResponse(problem.model_dump(), problem.status, headers, MEDIA_TYPE)

@@ -1,0 +1,99 @@
+"""What the HTTP interface takes and answers."""
+
+from typing import Literal
+
+from fastapi import UploadFile
+from pydantic import BaseModel, Field
+
+from app.forms import ProblemForm
+from app.surface import Surface
+
+
+class PredictionForm(ProblemForm):
+    """A contact problem with its height map, as multipart form."""
+
+    surface: UploadFile = Field(description="height map as an 8- or 16-bit grey PNG file; black is lowest, white highest")
+    verify: bool = Field(True, description="true or false: whether the reference solver checks the prediction")
+    inline_mask: bool = Field(False, description="true or false: whether the answer holds the mask itself")
+
+
+class ExpectedError(BaseModel):
+    """Errors to be expected of a prediction, all relative."""
+
+    dice: float = Field(description="1 - Dice of the mask")
+    contact_area: float
+    contact_resistance: float
+
+
+class Numbers(BaseModel):
+    """What is predicted of a contact, but for the mask."""
+
+    method: str = Field(description="'surrogate', or the solver's where the surrogate does not apply")
+    model: str = Field(description="version of the surrogate")
+    contact_area_mm2: float = Field(description="real area of contact")
+    contact_fraction: float = Field(description="real area of contact / nominal area")
+    contact_resistance_ohm: float | None = Field(description="null without a resistivity")
+    expected_error: ExpectedError
+    in_distribution: bool = Field(description="whether the problem resembles what the surrogate was trained on")
+    surface: Surface
+    warnings: list[str]
+    timings_ms: dict[str, float] = Field(description="by stage, and their total")
+
+
+class VerificationLink(BaseModel):
+    """Where the verification of a prediction can be followed."""
+
+    job_id: str
+    url: str
+
+
+class PredictionAnswer(Numbers):
+    """A stored prediction."""
+
+    id: str
+    mask_url: str = Field(description="1-bit PNG, white in contact, rows and columns as uploaded")
+    mask: str | None = Field(description="the same PNG in base64, if asked for by inline_mask")
+    verification: VerificationLink | None
+
+
+class Progress(BaseModel):
+    """How far the reference solve is."""
+
+    iteration: int
+    residual: float
+
+
+class ReferenceAnswer(BaseModel):
+    """The reference solution, but for its fields."""
+
+    contact_area_mm2: float
+    contact_fraction: float
+    contact_resistance_ohm: float | None
+    status: str = Field(description="how the solve ended, for people")
+    converged: bool
+    residual: float
+    iterations: int
+    solve_seconds: float
+    mask_url: str = Field(description="1-bit PNG of the reference mask")
+
+
+class ComparisonAnswer(BaseModel):
+    """Agreement of a prediction with its reference."""
+
+    dice: float
+    jaccard: float
+    bf_score: float = Field(description="boundary F1 score, tolerance 2 pixels")
+    pixel_accuracy: float
+    area_error: float = Field(description="predicted / reference - 1")
+    resistance_error: float | None = Field(description="predicted / reference - 1; null without a resistivity")
+
+
+class JobAnswer(BaseModel):
+    """A verification job."""
+
+    id: str
+    status: Literal["queued", "started", "finished", "failed", "canceled"]
+    progress: Progress | None
+    result: ReferenceAnswer | None
+    comparison: ComparisonAnswer | None
+    error: str | None = Field(description="why a failed job failed")
