@@ -118,8 +118,8 @@ def read_pairs(directory: Path) -> Iterator[tuple[ContactProblem, BoolArray]]:
     for sample in read_samples(directory):
         if sample.status != Status.CONVERGED.name:
             continue
-        codes = np.asarray(Image.open(directory / sample.heights), dtype=np.uint16)
-        mask = np.asarray(Image.open(directory / sample.mask), dtype=np.bool_)
+        codes = np.array(Image.open(directory / sample.heights), dtype=np.uint16)
+        mask = np.array(Image.open(directory / sample.mask), dtype=np.bool_)
         problem = ContactProblem(
             heights=codes / CODES * (sample.height_range_um * 1e-6),
             pixel_size=(sample.pixel_size_um * 1e-6, sample.pixel_size_um * 1e-6),

@@ -112,7 +112,7 @@ def train(directory: Path, config: TrainConfig) -> None:
         losses = []
         bar = tqdm(order.split(config.batch), desc=f"epoch {progress.epoch}", unit="batch")
         for batch in bar:
-            x, y = _rotated(inputs[batch], masks[batch], generator)
+            x, y = turned(inputs[batch], masks[batch], generator)
             x = x.to(device, torch.float32).contiguous(memory_format=torch.channels_last)
             with torch.autocast(device.type, dtype=torch.bfloat16):
                 logits = network(x)
@@ -160,7 +160,7 @@ def _load(data: Path) -> tuple[Tensor, Tensor]:
     return torch.stack(inputs), torch.stack(masks)
 
 
-def _rotated(inputs: Tensor, masks: Tensor, generator: torch.Generator) -> tuple[Tensor, Tensor]:
+def turned(inputs: Tensor, masks: Tensor, generator: torch.Generator) -> tuple[Tensor, Tensor]:
     """Each map of the batch flipped and rotated at random in one of the eight ways that leave a square a square."""
     turned_inputs, turned_masks = [], []
     for x, y, way in zip(inputs, masks, torch.randint(8, (len(inputs),), generator=generator).tolist(), strict=True):

@@ -1,0 +1,98 @@
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from model import Surrogate, compare
+from model.errors import WeightsError
+from model.weights import SHIPPED
+from solver import ContactProblem, random_midpoint_displacement, solve
+
+UNSEEN_SEED = 20_000_000
+
+
+@pytest.fixture(scope="module")
+def surrogate() -> Surrogate:
+    return Surrogate.load()
+
+
+def rough(size: int, seed: int, load: float = 30.0, **change: object) -> ContactProblem:
+    heights = random_midpoint_displacement(size, seed=UNSEEN_SEED + seed) * 50e-6
+    given = {"heights": heights, "pixel_size": (1e-3 / size,) * 2, "load": load, "effective_modulus": 6.843e9}
+    return ContactProblem(**(given | change))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("size", "floor"), [(64, 0.94), (128, 0.96), (256, 0.96)])
+def test_masks_of_unseen_surfaces(surrogate: Surrogate, size: int, floor: float) -> None:
+    """Mean Dice over eight surfaces, 10 to 50 N; the floors are those asked of the shipped weights."""
+    scores = []
+    for seed, load in enumerate(np.linspace(10, 50, 8)):
+        problem = rough(size, seed, float(load))
+        scores.append(compare(solve(problem).contact_mask, surrogate.predict(problem).contact_mask).dice)
+    assert np.mean(scores) > floor
+
+
+def test_the_expected_error_is_of_the_size_of_the_error(surrogate: Surrogate) -> None:
+    errors, expected = [], []
+    for seed in range(12):
+        problem = rough(128, 100 + seed)
+        prediction = surrogate.predict(problem)
+        errors.append(1 - compare(solve(problem).contact_mask, prediction.contact_mask).dice)
+        expected.append(prediction.expected_error.dice)
+    assert 0.5 < np.mean(expected) / np.mean(errors) < 2
+
+
+def test_the_same_problem_gives_the_same_mask_in_any_units(surrogate: Surrogate) -> None:
+    problem = rough(64, 200)
+    prediction = surrogate.predict(problem)
+    np.testing.assert_array_equal(surrogate.predict(problem).probability, prediction.probability)
+    softer = rough(64, 200, 3.0, effective_modulus=6.843e8)
+    assert compare(prediction.contact_mask, surrogate.predict(softer).contact_mask).dice > 0.995
+
+
+def test_more_load_means_more_contact(surrogate: Surrogate) -> None:
+    fractions = [surrogate.predict(rough(128, 300, load)).contact_mask.mean() for load in (5.0, 10.0, 20.0, 50.0, 100.0)]
+    assert fractions == sorted(fractions)
+
+
+@pytest.mark.parametrize("shape", [(16, 200), (50, 17), (100, 60)])
+def test_any_shape(surrogate: Surrogate, shape: tuple[int, int]) -> None:
+    heights = random_midpoint_displacement(256, seed=7)[: shape[0], : shape[1]] * 50e-6
+    prediction = surrogate.predict(ContactProblem(heights, (4e-6, 4e-6), 1.0, 6.843e9))
+    assert prediction.method == "surrogate"
+    assert prediction.contact_mask.shape == prediction.probability.shape == shape
+    assert prediction.contact_mask.any()
+
+
+@pytest.mark.parametrize("heights", [np.random.default_rng(0).random((5, 40)) * 1e-6, np.zeros((64, 64))])
+def test_what_is_too_small_or_flat_is_solved(surrogate: Surrogate, heights: np.ndarray) -> None:
+    problem = ContactProblem(heights, (1e-6, 1e-6), 1e-2, 1e9)
+    prediction = surrogate.predict(problem)
+    assert prediction.method == "fft"
+    np.testing.assert_array_equal(prediction.contact_mask, solve(problem).contact_mask)
+
+
+def test_loads_beyond_training_are_said_to_be_so(surrogate: Surrogate) -> None:
+    assert surrogate.predict(rough(64, 400, 30.0)).in_distribution
+    assert not surrogate.predict(rough(64, 400, 30e6)).in_distribution
+    assert not surrogate.predict(rough(64, 400, 1e-6)).in_distribution
+
+
+def test_weights_are_loaded_by_hash(tmp_path: Path) -> None:
+    copy = tmp_path / "weights"
+    shutil.copytree(SHIPPED, copy)
+    assert Surrogate.load(copy).version == Surrogate.load().version
+    weights = copy / "unet.safetensors"
+    data = bytearray(weights.read_bytes())
+    data[-1] ^= 1
+    weights.write_bytes(data)
+    with pytest.raises(WeightsError, match="hash"):
+        Surrogate.load(copy)
+    weights.unlink()
+    with pytest.raises(WeightsError, match="missing"):
+        Surrogate.load(copy)
+
+
+def test_shipped_weights_are_small() -> None:
+    assert (SHIPPED / "unet.safetensors").stat().st_size < 16e6
