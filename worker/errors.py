@@ -1,0 +1,35 @@
+"""Typed errors of queue, jobs and stored results."""
+
+from solver.errors import AsperityError
+
+
+class QueueUnavailableError(AsperityError):
+    """Redis cannot be reached, or cannot be started."""
+
+    code = "queue-unavailable"
+    title = "The job queue is not available"
+    http_status = 503
+
+
+class QueueFullError(AsperityError):
+    """More jobs are waiting than may wait."""
+
+    code = "queue-full"
+    title = "Too many jobs are waiting"
+    http_status = 503
+
+
+class JobNotFoundError(AsperityError):
+    """No job of that id, or it has expired."""
+
+    code = "job-not-found"
+    title = "There is no such job"
+    http_status = 404
+
+
+class ResultNotFoundError(AsperityError):
+    """Nothing is stored under that id and name, or it has expired."""
+
+    code = "result-not-found"
+    title = "There is no such result"
+    http_status = 404

@@ -1,0 +1,95 @@
+"""What travels to and from the worker through Redis besides small JSON: the problem to verify, the reference mask.
+
+A worker needs nothing but the Redis, so it can run on a machine that shares no files with the service.
+"""
+
+from dataclasses import dataclass
+from io import BytesIO
+
+import numpy as np
+from redis import Redis
+
+from solver.problem import BoolArray, ContactProblem
+from worker.errors import JobNotFoundError
+
+
+@dataclass(frozen=True, eq=False)
+class Parcel:
+    """A problem and the mask predicted for it.
+
+    Attributes:
+        problem: handed on unchanged, bit for bit.
+        predicted_mask: shape (rows, columns).
+        resistivity: in ohm m; None if no resistance is asked for.
+    """
+
+    problem: ContactProblem
+    predicted_mask: BoolArray
+    resistivity: float | None
+
+    def pack(self) -> bytes:
+        """As an NPZ file."""
+        file = BytesIO()
+        np.savez(
+            file,
+            heights=self.problem.heights,
+            pixel_size=np.array(self.problem.pixel_size),
+            load=np.array(self.problem.load),
+            effective_modulus=np.array(self.problem.effective_modulus),
+            boundary=np.array(self.problem.boundary),
+            predicted_mask=self.predicted_mask,
+            resistivity=np.array([] if self.resistivity is None else [self.resistivity]),
+        )
+        return file.getvalue()
+
+    @classmethod
+    def unpack(cls, data: bytes) -> "Parcel":
+        """From an NPZ file; nothing in it is ever unpickled."""
+        with np.load(BytesIO(data), allow_pickle=False) as arrays:
+            dy, dx = arrays["pixel_size"].tolist()
+            problem = ContactProblem(
+                heights=arrays["heights"],
+                pixel_size=(dy, dx),
+                load=arrays["load"].item(),
+                effective_modulus=arrays["effective_modulus"].item(),
+                boundary=arrays["boundary"].item(),
+            )
+            resistivity = arrays["resistivity"].tolist()
+            return cls(problem, arrays["predicted_mask"], resistivity[0] if resistivity else None)
+
+
+class JobKeys:
+    """The keys of one job that are ours and not RQ's."""
+
+    def __init__(self, connection: Redis, job_id: str) -> None:
+        self.connection = connection
+        self.parcel = f"asperity:parcel:{job_id}"
+        self.reference_mask = f"asperity:reference-mask:{job_id}"
+        self.cancel_request = f"asperity:cancel:{job_id}"
+
+    def send_parcel(self, parcel: Parcel, keep_s: int) -> None:
+        """Leave a parcel for the worker."""
+        self.connection.set(self.parcel, parcel.pack(), ex=keep_s)
+
+    def receive_parcel(self) -> Parcel:
+        """The parcel, which stays until the job has ended well.
+
+        Raises:
+            JobNotFoundError: it has expired.
+        """
+        data = self.connection.get(self.parcel)
+        if not isinstance(data, bytes):
+            raise JobNotFoundError("The problem to verify has expired; send it again.")
+        return Parcel.unpack(data)
+
+    def drop_parcel(self) -> None:
+        """Forget the parcel."""
+        self.connection.delete(self.parcel)
+
+    def request_cancel(self, keep_s: int) -> None:
+        """Ask whoever runs the job, now or later, to stop."""
+        self.connection.set(self.cancel_request, b"1", ex=keep_s)
+
+    def cancel_requested(self) -> bool:
+        """Whether the job is to stop."""
+        return bool(self.connection.exists(self.cancel_request))

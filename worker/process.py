@@ -1,0 +1,57 @@
+"""The worker process: takes verifications from the queue, each in a forked child.
+
+A child forked after multi-threaded numerical work can deadlock. The worker itself does none, and torch is not even imported.
+"""
+
+import os
+
+from redis import Redis
+from rq import Queue, Worker
+from rq.job import Job
+from rq.serializers import JSONSerializer
+
+from worker import verification  # noqa: F401 (imported here, before the forks, so that no job waits for it)
+from worker.connection import connect
+from worker.jobs import QUEUE
+from worker.lifetime import die_with_parent
+from worker.settings import Settings
+
+HEARTBEAT_EVERY_S = 5
+ABANDONED_AFTER_S = 20
+"""Without a heartbeat for so long a job counts as abandoned and is queued again."""
+
+MAINTENANCE_EVERY_S = 10
+
+
+class VerificationWorker(Worker):
+    """An RQ worker whose jobs die with it, and whose loss is noticed within half a minute."""
+
+    def __init__(self, connection: Redis) -> None:
+        super().__init__(
+            [Queue(QUEUE, connection=connection, serializer=JSONSerializer)],
+            connection=connection,
+            serializer=JSONSerializer,
+            job_monitoring_interval=HEARTBEAT_EVERY_S,
+            maintenance_interval=MAINTENANCE_EVERY_S,
+            worker_ttl=MAINTENANCE_EVERY_S + 15,
+        )
+
+    def get_heartbeat_ttl(self, job: Job) -> int:
+        """Seconds after which a job without heartbeat is abandoned; RQ's own answer is a minute more."""
+        return ABANDONED_AFTER_S
+
+    def main_work_horse(self, job: Job, queue: Queue) -> None:
+        """The forked child: it ends with its worker, also if that is killed."""
+        die_with_parent()
+        if os.getppid() == 1:
+            os._exit(1)
+        super().main_work_horse(job, queue)
+
+
+def run_worker(settings: Settings) -> None:
+    """Work until told to stop (SIGINT or SIGTERM: after the current job).
+
+    Raises:
+        QueueUnavailableError: Redis does not answer.
+    """
+    VerificationWorker(connect(settings)).work(logging_level="INFO")

@@ -1,0 +1,57 @@
+"""Workers as child processes of the service: started with it, started again when one dies, ended with it."""
+
+import os
+import subprocess
+import sys
+import threading
+from types import TracebackType
+
+from worker.lifetime import die_with_parent
+from worker.settings import Settings
+
+RESTART_AFTER_S = 1.0
+STOP_TIMEOUT_S = 5.0
+
+
+class WorkerSupervisor:
+    """A number of worker processes, as a context manager.
+
+    On leaving, workers get a moment to finish; a job that is cut off is taken up again by the next worker.
+    """
+
+    def __init__(self, settings: Settings, count: int) -> None:
+        self.environment = os.environ | {"ASPERITY_STATE_DIR": str(settings.state_path)}
+        if settings.redis_url:
+            self.environment["REDIS_URL"] = settings.redis_url
+        self.count = count
+        self.processes: list[subprocess.Popen[bytes]] = []
+        self._stopping = threading.Event()
+        self._keeper = threading.Thread(target=self._keep, name="worker-supervisor", daemon=True)
+
+    def __enter__(self) -> "WorkerSupervisor":
+        self._keeper.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self._stopping.set()
+        self._keeper.join()
+
+    def _keep(self) -> None:
+        """Start, watch and end the workers, all from one thread, because they die with the thread that started them."""
+        self.processes = [self._start() for _ in range(self.count)]
+        while not self._stopping.wait(RESTART_AFTER_S):
+            self.processes = [process if process.poll() is None else self._start() for process in self.processes]
+        for process in self.processes:
+            process.terminate()
+        for process in self.processes:
+            try:
+                process.wait(STOP_TIMEOUT_S)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+    def _start(self) -> "subprocess.Popen[bytes]":
+        command = [sys.executable, "-m", "worker"]
+        return subprocess.Popen(command, env=self.environment, preexec_fn=die_with_parent)  # noqa: S603
