@@ -8,7 +8,7 @@ goes on where it ended.
 import json
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from itertools import repeat
 from multiprocessing import get_context
 from pathlib import Path
@@ -18,6 +18,7 @@ from PIL import Image
 from tqdm import tqdm
 
 from model.errors import DatasetError
+from model.instrument import LOG_LOAD_RANGE, as_measured, aspect
 from solver.problem import BoolArray, Boundary, ContactProblem
 from solver.solution import Status
 from solver.solve import solve
@@ -38,6 +39,8 @@ class DatasetConfig:
         hurst_range: Hurst exponents are uniform in this range.
         load_range_n: loads are log-uniform in this range, in N.
         periodic_share: share of samples with the periodic boundary, the others are free.
+        instrument_share: share of samples with the form, lay and noise of measured maps (``model/instrument.py``); these
+            have loads of their own, relative to their slope, and pixels that need not be square.
         side_mm: side of the square.
         height_range_um: lowest to highest height.
         effective_modulus_gpa: E*.
@@ -50,6 +53,7 @@ class DatasetConfig:
     hurst_range: tuple[float, float] = (0.5, 0.5)
     load_range_n: tuple[float, float] = (10.0, 50.0)
     periodic_share: float = 0.0
+    instrument_share: float = 0.0
     side_mm: float = 1.0
     height_range_um: float = 50.0
     effective_modulus_gpa: float = 6.843
@@ -66,7 +70,8 @@ class Sample:
     hurst: float
     load_n: float
     boundary: Boundary
-    pixel_size_um: float
+    pixel_size_x_um: float
+    pixel_size_y_um: float
     height_range_um: float
     effective_modulus_gpa: float
     tolerance: float
@@ -122,7 +127,7 @@ def read_pairs(directory: Path) -> Iterator[tuple[ContactProblem, BoolArray]]:
         mask = np.array(Image.open(directory / sample.mask), dtype=np.bool_)
         problem = ContactProblem(
             heights=codes / CODES * (sample.height_range_um * 1e-6),
-            pixel_size=(sample.pixel_size_um * 1e-6, sample.pixel_size_um * 1e-6),
+            pixel_size=(sample.pixel_size_y_um * 1e-6, sample.pixel_size_x_um * 1e-6),
             load=sample.load_n,
             effective_modulus=sample.effective_modulus_gpa * 1e9,
             boundary=sample.boundary,
@@ -162,15 +167,24 @@ def _make_sample(directory: Path, config: DatasetConfig, index: int) -> Sample:
     hurst = float(generator.uniform(*config.hurst_range))
     load = float(np.exp(generator.uniform(*np.log(config.load_range_n))))
     boundary: Boundary = "periodic" if generator.random() < config.periodic_share else "free"
-    codes = np.rint(random_midpoint_displacement(config.size, hurst, seed) * CODES).astype(np.uint16)
-    pixel_size_um = config.side_mm * 1e3 / config.size
+    surface = random_midpoint_displacement(config.size, hurst, seed)
+    dx_um = dy_um = config.side_mm * 1e3 / config.size
+    instrument = generator.random() < config.instrument_share
+    if instrument:
+        surface = as_measured(surface, generator)
+        dy_um *= aspect(generator)
+    codes = np.rint(surface * CODES).astype(np.uint16)
     problem = ContactProblem(
         heights=codes / CODES * (config.height_range_um * 1e-6),
-        pixel_size=(pixel_size_um * 1e-6, pixel_size_um * 1e-6),
+        pixel_size=(dy_um * 1e-6, dx_um * 1e-6),
         load=load,
         effective_modulus=config.effective_modulus_gpa * 1e9,
         boundary=boundary,
     )
+    if instrument:
+        relative = 10 ** generator.uniform(*LOG_LOAD_RANGE)
+        load = relative * problem.effective_modulus * problem.nominal_area * problem.rms_slope
+        problem = replace(problem, load=load)
     solution = solve(problem, tolerance=config.tolerance)
     name = f"{index:06d}"
     Image.fromarray(codes).save(directory / f"{name}.png")
@@ -182,7 +196,8 @@ def _make_sample(directory: Path, config: DatasetConfig, index: int) -> Sample:
         hurst=hurst,
         load_n=load,
         boundary=boundary,
-        pixel_size_um=pixel_size_um,
+        pixel_size_x_um=dx_um,
+        pixel_size_y_um=dy_um,
         height_range_um=config.height_range_um,
         effective_modulus_gpa=config.effective_modulus_gpa,
         tolerance=config.tolerance,

@@ -4,6 +4,7 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 from tqdm import tqdm
@@ -120,7 +121,9 @@ def table(rows: list[Row]) -> str:
 def model_card(surrogate: Surrogate, rows: list[Row]) -> str:
     """The model card: what the weights are, how they were made, and what they reach."""
     manifest = surrogate.weights.manifest
-    training, dataset = manifest["training"], manifest["dataset"]
+    training = manifest["training"]
+    names = [f"DATA{number}" for number in range(1, len(manifest["datasets"]) + 1)]
+    builds = "\n".join(f"    {_build_command(name, data)}" for name, data in zip(names, manifest["datasets"], strict=True))
     return f"""# Model card: {surrogate.version}
 
 Written by `asperity evaluate`; every number on this page comes from that command or from the manifest of the weights.
@@ -129,27 +132,32 @@ Written by `asperity evaluate`; every number on this page comes from that comman
 which predicts where a rough surface under a load touches a flat. Its input is dimensionless: the gap and the pressure of a
 solve on a four times coarser grid, and the load (`model/features.py`). SHA-256 of the weights: `{manifest["sha256"]}`.
 
-**Data.** {dataset["count"]} random midpoint surfaces of {dataset["size"]} x {dataset["size"]} pixels, seeds from \
-{dataset["seed"]}, Hurst exponents {dataset["hurst_range"][0]} to {dataset["hurst_range"][1]}, loads \
-{dataset["load_range_n"][0]:g} to {dataset["load_range_n"][1]:g} N (log-uniform), \
-{dataset["periodic_share"]:.0%} with the periodic boundary, {dataset["side_mm"]:g} mm square, heights 0 to \
-{dataset["height_range_um"]:g} um, E* = {dataset["effective_modulus_gpa"]:g} GPa, solved to {dataset["tolerance"]:g}. Every
-tenth surface was held out for validation.
+**Data.** Rough surfaces by random midpoint displacement, 1 mm square, heights 0 to 50 um, E* = 6.843 GPa, some with the
+form, lay and noise of measured maps (`model/instrument.py`). Every tenth surface was held out for validation.
 
-    asperity dataset DIR --size {dataset["size"]} --count {dataset["count"]} --seed {dataset["seed"]} \
---hurst {dataset["hurst_range"][0]} {dataset["hurst_range"][1]} \
---load-n {dataset["load_range_n"][0]:g} {dataset["load_range_n"][1]:g} --periodic-share {dataset["periodic_share"]:g}
-    asperity train RUN --data DIR --width {training["width"]} --alpha {training["alpha"]:g} --batch {training["batch"]} \
---learning-rate {training["learning_rate"]:g} --averaging {training["averaging"]:g} --seed {training["seed"]}
+{builds}
+    asperity train RUN {" ".join(f"--data {name}" for name in names)} --width {training["width"]} \
+--alpha {training["alpha"]:g} --batch {training["batch"]} --learning-rate {training["learning_rate"]:g} \
+--seed {training["seed"]}
 
 **Training.** {manifest["epochs"]} epochs; Dice on the held-out surfaces {manifest["validation"]["dice"]:.4f}.
 
 **What it reaches** on surfaces it never saw (seeds from {TEST_SEED}; Hurst exponent 0.5, 10 to 50 N, free boundary,
-E* = 6.843 GPa; BF tolerance {BOUNDARY_TOLERANCE} pixels; resistance by Boyer's formula on both masks). Times are of this
-machine, features included.
+E* = 6.843 GPa; BF tolerance {BOUNDARY_TOLERANCE} pixels; resistance by Boyer's formula on both masks). Times are of the
+machine that wrote this page, features included.
 
 {table(rows)}
 **Where not to trust it.** Dimensionless loads outside log10 F / (E* A0 rms slope) =
 {manifest["log_load_range"][0]:.2f} to {manifest["log_load_range"][1]:.2f} are answered with `in_distribution: false`.
-Surfaces unlike self-affine ones (steps, machined grooves, isolated spikes) are not in its training data: verify them.
+Steps, machined grooves and isolated spikes are not in its training data: verify them.
 """
+
+
+def _build_command(name: str, dataset: dict[str, Any]) -> str:
+    """The command that builds a data set again, bit for bit."""
+    return (
+        f"asperity dataset {name} --size {dataset['size']} --count {dataset['count']} --seed {dataset['seed']} "
+        f"--hurst {dataset['hurst_range'][0]:g} {dataset['hurst_range'][1]:g} "
+        f"--load-n {dataset['load_range_n'][0]:g} {dataset['load_range_n'][1]:g} "
+        f"--periodic-share {dataset['periodic_share']:g} --instrument-share {dataset['instrument_share']:g}"
+    )

@@ -39,7 +39,7 @@ class TrainConfig:
     """Configuration of a training run, stored in its checkpoint.
 
     Attributes:
-        data: directory of the data set; all maps of one size.
+        data: directories of the data sets; all maps of one size.
         width: feature maps of the first stage; the paper's is 64.
         alpha: weight of the BCE against the Dice loss, Eq. 16.
         batch: maps a step.
@@ -50,7 +50,7 @@ class TrainConfig:
         threads: of torch on the CPU.
     """
 
-    data: str
+    data: tuple[str, ...]
     width: int = 16
     alpha: float = 0.5
     batch: int = 32
@@ -100,7 +100,7 @@ def train(directory: Path, config: TrainConfig) -> None:
         scheduler.load_state_dict(state["scheduler"])
         progress = Progress(**state["progress"])
 
-    inputs, masks = _load(Path(config.data))
+    inputs, masks = _load(config.data)
     validation = torch.arange(len(inputs)) % VALIDATION_EVERY == 0
     training_order = torch.nonzero(~validation)[:, 0]
 
@@ -149,14 +149,17 @@ def train(directory: Path, config: TrainConfig) -> None:
             break
 
 
-def _load(data: Path) -> tuple[Tensor, Tensor]:
-    """Features (samples, CHANNELS, rows, columns) in float16 and masks (samples, rows, columns) of a data set."""
+def _load(directories: tuple[str, ...]) -> tuple[Tensor, Tensor]:
+    """Features (samples, CHANNELS, rows, columns) in float16 and masks (samples, rows, columns) of all data sets."""
     inputs, masks = [], []
-    for problem, mask in tqdm(read_pairs(data), total=len(read_samples(data)), desc="features"):
-        inputs.append(features(problem).half())
-        masks.append(torch.from_numpy(mask))
+    for directory in map(Path, directories):
+        for problem, mask in tqdm(
+            read_pairs(directory), total=len(read_samples(directory)), desc=f"features of {directory}"
+        ):
+            inputs.append(features(problem).half())
+            masks.append(torch.from_numpy(mask))
     if len({mask.shape for mask in masks}) > 1:
-        raise DatasetError(f"{data} holds maps of several sizes; training takes one.")
+        raise DatasetError(f"{', '.join(directories)} hold maps of several sizes; training takes one.")
     return torch.stack(inputs), torch.stack(masks)
 
 
@@ -209,10 +212,11 @@ def _validate(
 
 def _description(config: TrainConfig, progress: Progress, log_loads: Tensor) -> dict[str, Any]:
     """What the weights' manifest says of their training."""
-    dataset = json.loads((Path(config.data) / "dataset.json").read_text(encoding="utf-8"))
     return {
         "training": asdict(config),
-        "dataset": dataset,
+        "datasets": [
+            json.loads((Path(directory) / "dataset.json").read_text(encoding="utf-8")) for directory in config.data
+        ],
         "epochs": progress.epoch,
         "validation": progress.history[-1],
         "log_load_range": [log_loads.min().item(), log_loads.max().item()],

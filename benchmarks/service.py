@@ -1,0 +1,70 @@
+"""A real `asperity serve` on a free port with a state directory of its own, for the benchmarks."""
+
+import os
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import httpx
+
+START_TIMEOUT_S = 120
+
+
+@contextmanager
+def service() -> Iterator[tuple[httpx.Client, int]]:
+    """A client of the service and the process id of the latter; the service ends with the block."""
+    with socket.socket() as free, tempfile.TemporaryDirectory(prefix="asperity-") as state:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+        free.close()
+        environment = os.environ | {"ASPERITY_PORT": str(port), "ASPERITY_STATE_DIR": state}
+        environment.pop("REDIS_URL", None)
+        log = (Path(state) / "serve.log").open("wb")
+        process = subprocess.Popen(
+            [Path(sys.executable).with_name("asperity"), "serve"], env=environment, stdout=log, stderr=log
+        )
+        client = httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=120)
+        try:
+            deadline = time.monotonic() + START_TIMEOUT_S
+            while not _ready(client):
+                if time.monotonic() > deadline or process.poll() is not None:
+                    raise RuntimeError((Path(state) / "serve.log").read_text())
+                time.sleep(0.1)
+            yield client, process.pid
+        finally:
+            process.terminate()
+            process.wait(30)
+
+
+def _ready(client: httpx.Client) -> bool:
+    try:
+        return client.get("/readyz").status_code == 200
+    except httpx.TransportError:
+        return False
+
+
+def post(client: httpx.Client, png: bytes, **fields: Any) -> dict[str, Any]:
+    """Ask for a prediction; raises if it is refused."""
+    answer = client.post("/v1/predictions", files={"surface": ("map.png", png, "image/png")}, data=fields)
+    if answer.status_code != 200:
+        raise RuntimeError(answer.text)
+    body: dict[str, Any] = answer.json()
+    return body
+
+
+def wait_for_job(client: httpx.Client, job_id: str, timeout_s: float = 600) -> dict[str, Any]:
+    """The job once it has ended."""
+    deadline = time.monotonic() + timeout_s
+    while True:
+        job: dict[str, Any] = client.get(f"/v1/jobs/{job_id}").json()
+        if job["status"] in ("finished", "failed", "canceled"):
+            return job
+        if time.monotonic() > deadline:
+            raise TimeoutError(str(job))
+        time.sleep(0.05)
