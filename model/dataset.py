@@ -18,7 +18,7 @@ from PIL import Image
 from tqdm import tqdm
 
 from model.errors import DatasetError
-from model.instrument import LOG_LOAD_RANGE, as_measured, aspect
+from model.instrument import LOG_LOAD_RANGE, as_measured, pixel_aspect
 from solver.problem import BoolArray, Boundary, ContactProblem
 from solver.solution import Status
 from solver.solve import solve
@@ -172,7 +172,7 @@ def _make_sample(directory: Path, config: DatasetConfig, index: int) -> Sample:
     instrument = generator.random() < config.instrument_share
     if instrument:
         surface = as_measured(surface, generator)
-        dy_um *= aspect(generator)
+        dy_um *= pixel_aspect(generator)
     codes = np.rint(surface * CODES).astype(np.uint16)
     problem = ContactProblem(
         heights=codes / CODES * (config.height_range_um * 1e-6),

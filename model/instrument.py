@@ -48,7 +48,7 @@ def as_measured(surface: FloatArray, generator: np.random.Generator) -> FloatArr
     return normalised
 
 
-def aspect(generator: np.random.Generator) -> float:
+def pixel_aspect(generator: np.random.Generator) -> float:
     """dy / dx: square pixels for every other surface."""
     if generator.random() < 0.5:
         return 1.0

@@ -1,4 +1,7 @@
-"""The one place that says which Redis is meant."""
+"""The one place that says which Redis is meant, and what it means that it fails."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from redis import Redis
 from redis.exceptions import RedisError
@@ -6,6 +9,8 @@ from redis.exceptions import RedisError
 from worker.embedded_redis import socket_path
 from worker.errors import QueueUnavailableError
 from worker.settings import Settings
+
+CONNECT_TIMEOUT_S = 5
 
 
 def connect(settings: Settings) -> Redis:
@@ -15,10 +20,13 @@ def connect(settings: Settings) -> Redis:
         QueueUnavailableError: nothing answers there.
     """
     socket = socket_path(settings.state_path)
-    connection = Redis.from_url(settings.redis_url) if settings.redis_url else Redis(unix_socket_path=str(socket))
     try:
+        if settings.redis_url:
+            connection = Redis.from_url(settings.redis_url, socket_connect_timeout=CONNECT_TIMEOUT_S)
+        else:
+            connection = Redis(unix_socket_path=str(socket))
         connection.ping()
-    except RedisError as error:
+    except (RedisError, ValueError) as error:
         advice = (
             "check REDIS_URL"
             if settings.redis_url
@@ -26,3 +34,12 @@ def connect(settings: Settings) -> Redis:
         )
         raise QueueUnavailableError(f"Redis does not answer ({error}); {advice}.") from error
     return connection
+
+
+@contextmanager
+def redis_failures() -> Iterator[None]:
+    """Within it, as a block or as a decorator, what Redis refuses or loses is a QueueUnavailableError."""
+    try:
+        yield
+    except RedisError as error:
+        raise QueueUnavailableError(f"Redis failed ({error}); see its log, and try again.") from error

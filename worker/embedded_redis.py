@@ -1,9 +1,11 @@
 """The embedded default: a real redis-server as a child process, reached by a private unix socket alone."""
 
 import fcntl
+import os
 import shutil
 import subprocess
 import time
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import IO
@@ -48,9 +50,12 @@ class EmbeddedRedis:
         if len(str(self.socket).encode()) > LONGEST_SOCKET_PATH:
             raise QueueUnavailableError(f"{self.socket} is too long for a socket; set ASPERITY_STATE_DIR to a shorter path.")
         data = self.state / "redis"
-        data.mkdir(mode=0o700, parents=True, exist_ok=True)
-        self.state.chmod(0o700)
-        self._lock = (self.state / "redis.lock").open("w", encoding="utf-8")
+        try:
+            data.mkdir(mode=0o700, parents=True, exist_ok=True)
+            self.state.chmod(0o700)
+            self._lock = (self.state / "redis.lock").open("w", encoding="utf-8")
+        except OSError as error:
+            raise QueueUnavailableError(f"{error}; set ASPERITY_STATE_DIR to a directory of yours.") from error
         try:
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
@@ -70,7 +75,11 @@ class EmbeddedRedis:
             "maxmemory-policy": "noeviction",
         }
         arguments = [argument for name, value in options.items() for argument in (f"--{name}", value)]
-        self._process = subprocess.Popen([program, *arguments], preexec_fn=die_with_parent)  # noqa: S603
+        self._process = subprocess.Popen(  # noqa: S603
+            [program, *arguments],
+            preexec_fn=partial(die_with_parent, os.getpid()),
+            start_new_session=True,  # so that Ctrl-C ends it last
+        )
         self._wait_until_ready(self._process)
         return self
 

@@ -4,18 +4,18 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from redis import Redis
-from rq import Queue, Retry
-from rq.exceptions import InvalidJobOperation, NoSuchJobError
+from rq import Retry
+from rq.exceptions import NoSuchJobError
 from rq.job import Job, JobStatus
-from rq.serializers import JSONSerializer
 
 from solver.problem import BoolArray, ContactProblem
+from worker.connection import redis_failures
 from worker.errors import JobNotFoundError, QueueFullError
+from worker.job_queue import JobQueue
 from worker.parcel import JobKeys, Parcel
 from worker.settings import Settings
-from worker.store import new_id
+from worker.store import is_id, new_id
 
-QUEUE = "asperity"
 RETRIES = 3
 """How often a job is taken up again after its worker was lost, before it counts as failed."""
 
@@ -59,18 +59,17 @@ class VerificationQueue:
     def __init__(self, connection: Redis, settings: Settings) -> None:
         self.connection = connection
         self.settings = settings
-        self.queue = Queue(QUEUE, connection=connection, serializer=JSONSerializer, default_timeout=settings.job_timeout_s)
+        self.queue = JobQueue(connection, settings.job_timeout_s)
 
+    @redis_failures()
     def enqueue(self, problem: ContactProblem, predicted_mask: BoolArray, resistivity: float | None) -> str:
         """Queue the verification of a prediction; returns the job's id.
 
         Raises:
-            QueueFullError: as many jobs as may wait are waiting.
+            QueueFullError: as many jobs as may wait are waiting, or their problems fill the memory of the Redis.
+            QueueUnavailableError: Redis fails.
         """
-        if self.queue.count >= self.settings.queue_length:
-            raise QueueFullError(
-                f"{self.settings.queue_length} verifications are waiting; try again later, or send verify=false."
-            )
+        self._refuse_if_full()
         job_id, keep_s = new_id(), self.settings.retention_s
         JobKeys(self.connection, job_id).send_parcel(Parcel(problem, predicted_mask, resistivity), keep_s)
         self.queue.enqueue_call(
@@ -83,14 +82,17 @@ class VerificationQueue:
         )
         return job_id
 
+    @redis_failures()
     def state(self, job_id: str) -> JobState:
-        """Where a job stands.
+        """Where a job stands; one whose worker was lost is put back into the queue by this.
 
         Raises:
             JobNotFoundError: there is none of that id.
+            QueueUnavailableError: Redis fails.
         """
+        self.queue.take_back_abandoned()
         job = self._fetch(job_id)
-        status = _STATUS[job.get_status()]
+        status = _STATUS[job.get_status(refresh=False)]
         result = job.return_value() if status == "finished" else None
         if result is None and (status == "finished" or JobKeys(self.connection, job_id).cancel_requested()):
             status = "canceled"
@@ -103,6 +105,7 @@ class VerificationQueue:
             error=_reason(job) if status == "failed" else None,
         )
 
+    @redis_failures()
     def cancel(self, job_id: str) -> JobState:
         """Cancel a job, queued or running; one that has ended stays as it is.
 
@@ -110,21 +113,25 @@ class VerificationQueue:
 
         Raises:
             JobNotFoundError: there is none of that id.
+            QueueUnavailableError: Redis fails.
         """
-        state = self.state(job_id)
-        if state.status in ("queued", "started"):
+        if self.state(job_id).status in ("queued", "started"):
             keys = JobKeys(self.connection, job_id)
             keys.request_cancel(self.settings.retention_s)
-            if state.status == "queued":
-                self._remove_from_queue(job_id)
+            if self.queue.remove(job_id):
+                job = self._fetch(job_id)
+                job.set_status(JobStatus.CANCELED)
+                job.cleanup(self.settings.retention_s, remove_from_queue=False)
                 keys.drop_parcel()
         return self.state(job_id)
 
+    @redis_failures()
     def reference_mask(self, job_id: str) -> bytes:
         """The reference mask of a finished job as a 1-bit PNG file.
 
         Raises:
             JobNotFoundError: there is no such job, or it has not finished.
+            QueueUnavailableError: Redis fails.
         """
         data = self.connection.get(JobKeys(self.connection, job_id).reference_mask)
         if not isinstance(data, bytes):
@@ -132,24 +139,37 @@ class VerificationQueue:
             raise JobNotFoundError(f"Job {job_id} is {status}; it has a reference mask once it has finished.")
         return data
 
-    def _fetch(self, job_id: str) -> Job:
-        try:
-            return Job.fetch(job_id, connection=self.connection, serializer=JSONSerializer)
-        except (NoSuchJobError, ValueError) as error:
-            days = self.settings.retention_days
-            raise JobNotFoundError(f"There is no job {job_id!r}, or it is gone: jobs are kept for {days:g} days.") from error
+    def _refuse_if_full(self) -> None:
+        advice = "try again later, or send verify=false"
+        if self.queue.count >= self.settings.queue_length:
+            raise QueueFullError(f"{self.settings.queue_length} verifications are waiting; {advice}.")
+        used_mib = self.connection.info("memory")["used_memory"] / 2**20
+        if used_mib >= self.settings.redis_memory_mib:
+            raise QueueFullError(f"Jobs fill {used_mib:.0f} MiB, more than ASPERITY_REDIS_MEMORY_MIB; {advice}.")
 
-    def _remove_from_queue(self, job_id: str) -> None:
-        job = self._fetch(job_id)
+    def _fetch(self, job_id: str) -> Job:
+        if not is_id(job_id):
+            raise JobNotFoundError(f"{job_id!r} is no id of a job; ids have 32 hexadecimal digits.")
         try:
-            job.cancel()
-        except InvalidJobOperation:
-            return
-        job.save()
+            return Job.fetch(job_id, connection=self.connection, serializer=self.queue.serializer)
+        except NoSuchJobError as error:
+            days = self.settings.retention_days
+            raise JobNotFoundError(f"There is no job {job_id}, or it is gone: jobs are kept for {days:g} days.") from error
+
+
+_REASONS = {
+    "AbandonedJobError": "Its worker was lost again and again.",
+    "Work-horse terminated": "The process that ran it was killed again and again, perhaps for want of memory.",
+    "JobTimeoutException": "It took longer than a job may (ASPERITY_JOB_TIMEOUT_S).",
+}
+"""What RQ records of the failures that come from outside a job, and what to say of them."""
 
 
 def _reason(job: Job) -> str:
-    """The last line of what RQ recorded: the error and its message."""
+    """Why a job failed: the error and its message."""
     result = job.latest_result()
-    text = result.exc_string if result and result.exc_string else "The job failed without a word."
-    return text.strip().splitlines()[-1]
+    recorded = (result and result.exc_string) or "It failed without a word."
+    for mark, reason in _REASONS.items():
+        if mark in recorded:
+            return reason
+    return recorded.strip().splitlines()[-1]

@@ -12,6 +12,8 @@ from redis import Redis
 from solver.problem import BoolArray, ContactProblem
 from worker.errors import JobNotFoundError
 
+PARCEL_GRACE_S = 600
+
 
 @dataclass(frozen=True, eq=False)
 class Parcel:
@@ -28,7 +30,7 @@ class Parcel:
     resistivity: float | None
 
     def pack(self) -> bytes:
-        """As an NPZ file."""
+        """As an NPZ file, not compressed: heights of 16 bits shrink by a fifth only, at 50 ms for 512 x 512."""
         file = BytesIO()
         np.savez(
             file,
@@ -72,7 +74,7 @@ class JobKeys:
         self.connection.set(self.parcel, parcel.pack(), ex=keep_s)
 
     def receive_parcel(self) -> Parcel:
-        """The parcel, which stays until the job has ended well.
+        """The parcel, which stays where it is.
 
         Raises:
             JobNotFoundError: it has expired.
@@ -82,8 +84,12 @@ class JobKeys:
             raise JobNotFoundError("The problem to verify has expired; send it again.")
         return Parcel.unpack(data)
 
+    def expire_parcel(self) -> None:
+        """Forget the parcel soon: a worker lost between this and its last word to RQ leaves the job to another."""
+        self.connection.expire(self.parcel, PARCEL_GRACE_S)
+
     def drop_parcel(self) -> None:
-        """Forget the parcel."""
+        """Forget the parcel now."""
         self.connection.delete(self.parcel)
 
     def request_cancel(self, keep_s: int) -> None:

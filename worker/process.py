@@ -3,17 +3,21 @@
 A child forked after multi-threaded numerical work can deadlock. The worker itself does none, and torch is not even imported.
 """
 
+import logging
 import os
+from types import TracebackType
 
 from redis import Redis
 from rq import Queue, Worker
+from rq.exceptions import AbandonedJobError
 from rq.job import Job
 from rq.serializers import JSONSerializer
 
 from worker import verification  # noqa: F401 (imported here, before the forks, so that no job waits for it)
 from worker.connection import connect
-from worker.jobs import QUEUE
+from worker.job_queue import JobQueue
 from worker.lifetime import die_with_parent
+from worker.parcel import JobKeys
 from worker.settings import Settings
 
 HEARTBEAT_EVERY_S = 5
@@ -28,13 +32,15 @@ class VerificationWorker(Worker):
 
     def __init__(self, connection: Redis) -> None:
         super().__init__(
-            [Queue(QUEUE, connection=connection, serializer=JSONSerializer)],
+            [JobQueue(connection)],
             connection=connection,
             serializer=JSONSerializer,
+            exception_handlers=[fail_for_good],
             job_monitoring_interval=HEARTBEAT_EVERY_S,
             maintenance_interval=MAINTENANCE_EVERY_S,
-            worker_ttl=MAINTENANCE_EVERY_S + 15,
+            worker_ttl=MAINTENANCE_EVERY_S + 15,  # RQ waits 15 s less for the next job
         )
+        self.process_id = os.getpid()
 
     def get_heartbeat_ttl(self, job: Job) -> int:
         """Seconds after which a job without heartbeat is abandoned; RQ's own answer is a minute more."""
@@ -42,10 +48,15 @@ class VerificationWorker(Worker):
 
     def main_work_horse(self, job: Job, queue: Queue) -> None:
         """The forked child: it ends with its worker, also if that is killed."""
-        die_with_parent()
-        if os.getppid() == 1:
-            os._exit(1)
+        die_with_parent(self.process_id)
         super().main_work_horse(job, queue)
+
+
+def fail_for_good(job: Job, kind: type[BaseException], error: BaseException, traceback: TracebackType) -> None:
+    """A job that raised would raise again: only the loss of its process is a reason to retry."""
+    if kind is not AbandonedJobError:
+        job.retries_left = 0
+        JobKeys(job.connection, job.id).drop_parcel()
 
 
 def run_worker(settings: Settings) -> None:
@@ -54,4 +65,5 @@ def run_worker(settings: Settings) -> None:
     Raises:
         QueueUnavailableError: Redis does not answer.
     """
+    logging.getLogger("rq.worker").addFilter(lambda record: "cleaning registries" not in record.getMessage())
     VerificationWorker(connect(settings)).work(logging_level="INFO")

@@ -1,21 +1,30 @@
 """Settings of queue, workers and stored results, read from the environment."""
 
+import os
 from pathlib import Path
 
 from pydantic import Field, PositiveFloat, PositiveInt
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 
+def _user_state_dir() -> Path:
+    """Where the XDG base directory specification puts the state of a program."""
+    return Path(os.environ.get("XDG_STATE_HOME") or "~/.local/state") / "asperity"
+
+
 class Settings(BaseSettings):
     """What a worker needs to know; the prefix of the variables is ``ASPERITY_``."""
 
-    model_config = SettingsConfigDict(env_prefix="ASPERITY_", env_ignore_empty=True)
+    model_config = SettingsConfigDict(env_prefix="ASPERITY_", env_ignore_empty=True, populate_by_name=True)
 
     state_dir: Path = Field(
-        default=Path("~/.local/state/asperity"), description="directory of the embedded Redis and of stored results"
+        default_factory=_user_state_dir, description="directory of the embedded Redis and of stored results"
     )
     redis_url: str | None = Field(
         default=None, validation_alias="REDIS_URL", description="Redis to use; the embedded one if left out"
+    )
+    redis_memory_mib: PositiveInt = Field(
+        default=2048, description="memory of the Redis, in MiB, beyond which new jobs are refused"
     )
     queue_length: PositiveInt = Field(default=100, description="jobs that may wait before new ones are refused")
     job_timeout_s: PositiveInt = Field(default=3600, description="seconds after which a job is ended as failed")

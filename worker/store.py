@@ -17,6 +17,11 @@ def new_id() -> str:
     return uuid4().hex
 
 
+def is_id(text: str) -> bool:
+    """Whether a text from outside could be an id of ours; only such a text may name a file or a key."""
+    return _ID.fullmatch(text) is not None
+
+
 class ResultStore:
     """Files by id and name.
 
@@ -46,7 +51,7 @@ class ResultStore:
         Raises:
             ResultNotFoundError: nothing of that id and name; ids that are not ours never reach the file system.
         """
-        if not _ID.fullmatch(result_id):
+        if not is_id(result_id):
             raise ResultNotFoundError(f"{result_id!r} is no id of a result; ids have 32 hexadecimal digits.")
         try:
             return (self.root / result_id / name).read_bytes()
@@ -64,4 +69,4 @@ class ResultStore:
         self._pruned_at = now
         for directory in self.root.iterdir():
             if directory.stat().st_mtime < now - self.retention_s:
-                shutil.rmtree(directory)
+                shutil.rmtree(directory, ignore_errors=True)

@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import threading
+from functools import partial
 from types import TracebackType
 
 from worker.lifetime import die_with_parent
@@ -53,5 +54,9 @@ class WorkerSupervisor:
                 process.wait()
 
     def _start(self) -> "subprocess.Popen[bytes]":
-        command = [sys.executable, "-m", "worker"]
-        return subprocess.Popen(command, env=self.environment, preexec_fn=die_with_parent)  # noqa: S603
+        return subprocess.Popen(
+            [sys.executable, "-P", "-m", "worker"],
+            env=self.environment,
+            preexec_fn=partial(die_with_parent, os.getpid()),
+            start_new_session=True,  # so that Ctrl-C does not cut their jobs off
+        )

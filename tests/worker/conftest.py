@@ -1,9 +1,13 @@
 """A real Redis and real worker processes."""
 
+import os
 import shutil
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -53,6 +57,42 @@ def wait_for(queue: VerificationQueue) -> Callable[..., JobState]:
         return state
 
     return wait
+
+
+Wait = Callable[..., JobState]
+
+
+@contextmanager
+def worker(settings: Settings) -> Iterator[subprocess.Popen[bytes]]:
+    environment = os.environ | {"ASPERITY_STATE_DIR": str(settings.state_path)}
+    process = subprocess.Popen([sys.executable, "-m", "worker"], env=environment)
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+def started(state: JobState) -> bool:
+    return state.status == "started" and state.progress is not None
+
+
+def ended(state: JobState) -> bool:
+    return state.status in ("finished", "failed", "canceled")
+
+
+def children(process: int) -> list[int]:
+    """The processes that the main thread of a process has started and that still run (Linux)."""
+    return [int(child) for child in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+
+
+def runs(process: int) -> bool:
+    """Whether a process runs; one that has ended may stay as a zombie until its new parent looks."""
+    try:
+        state = Path(f"/proc/{process}/stat").read_text().rpartition(") ")[2][0]
+    except FileNotFoundError:
+        return False
+    return state != "Z"
 
 
 def rough(size: int, seed: int = 1, load: float = 30.0) -> ContactProblem:

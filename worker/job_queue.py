@@ -1,0 +1,25 @@
+"""The RQ queue of verifications."""
+
+from redis import Redis
+from rq import Queue
+from rq.serializers import JSONSerializer
+
+NAME = "asperity"
+MAINTENANCE_LOCK_S = 10
+
+
+class JobQueue(Queue):
+    """A queue of JSON jobs, never pickles, that soon takes back the jobs of lost workers."""
+
+    def __init__(self, connection: Redis, job_timeout_s: int | None = None) -> None:
+        super().__init__(NAME, connection=connection, serializer=JSONSerializer, default_timeout=job_timeout_s)
+
+    def acquire_maintenance_lock(self) -> bool:
+        """Whether the caller may look for abandoned jobs; RQ's own lock outlives a holder that is killed by 15 minutes."""
+        return bool(self.connection.set(self.registry_cleaning_key, 1, nx=True, ex=MAINTENANCE_LOCK_S))
+
+    def take_back_abandoned(self) -> None:
+        """Queue again the jobs whose workers have stopped their heartbeat."""
+        if self.acquire_maintenance_lock():
+            self.started_job_registry.cleanup()
+            self.release_maintenance_lock()
