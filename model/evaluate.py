@@ -122,8 +122,13 @@ def model_card(surrogate: Surrogate, rows: list[Row]) -> str:
     """The model card: what the weights are, how they were made, and what they reach."""
     manifest = surrogate.weights.manifest
     training = manifest["training"]
-    names = [f"DATA{number}" for number in range(1, len(manifest["datasets"]) + 1)]
-    builds = "\n".join(f"    {_build_command(name, data)}" for name, data in zip(names, manifest["datasets"], strict=True))
+    builds = "\n".join(f"    {_build_command(name, data)}" for name, data in manifest["datasets"].items())
+    stages = "\n".join(
+        f"    asperity train RUN {' '.join(f'--data {name}' for name in stage['data'])} --width {training['width']} "
+        f"--alpha {training['alpha']:g} --batch {training['batch']} --learning-rate {training['learning_rate']:g} "
+        f"--seed {training['seed']}  # from epoch {stage['first_epoch']}"
+        for stage in manifest["stages"]
+    )
     return f"""# Model card: {surrogate.version}
 
 Written by `asperity evaluate`; every number on this page comes from that command or from the manifest of the weights.
@@ -136,9 +141,7 @@ solve on a four times coarser grid, and the load (`model/features.py`). SHA-256 
 form, lay and noise of measured maps (`model/instrument.py`). Every tenth surface was held out for validation.
 
 {builds}
-    asperity train RUN {" ".join(f"--data {name}" for name in names)} --width {training["width"]} \
---alpha {training["alpha"]:g} --batch {training["batch"]} --learning-rate {training["learning_rate"]:g} \
---seed {training["seed"]}
+{stages}
 
 **Training.** {manifest["epochs"]} epochs; Dice on the held-out surfaces {manifest["validation"]["dice"]:.4f}.
 

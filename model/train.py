@@ -69,6 +69,15 @@ class Progress:
     lowest_loss: float = float("inf")
     lowest_epoch: int = 0
     history: list[dict[str, float]] = field(default_factory=list)
+    stages: list[dict[str, Any]] = field(default_factory=list)
+
+    def begin(self, data: tuple[str, ...]) -> bool:
+        """Note which data the next epochs see; whether they are others than before, so that losses compare no longer."""
+        if self.stages and self.stages[-1]["data"] == list(data):
+            return False
+        self.stages.append({"first_epoch": self.epoch + 1, "data": list(data)})
+        self.lowest_loss = float("inf")
+        return True
 
 
 def train(directory: Path, config: TrainConfig) -> None:
@@ -76,7 +85,8 @@ def train(directory: Path, config: TrainConfig) -> None:
 
     Args:
         directory: of the run: ``checkpoint.pt`` (everything, each epoch), ``history.jsonl`` and ``weights/`` (the best).
-        config: ignored but for ``epochs``, ``threads`` and ``data`` when the directory holds a checkpoint.
+        config: ``epochs``, ``threads`` and ``data`` may change when the directory holds a checkpoint; other data begin a
+            new stage.
 
     Raises:
         DatasetError: no data set, or maps of several sizes.
@@ -97,8 +107,11 @@ def train(directory: Path, config: TrainConfig) -> None:
         network.load_state_dict(state["network"])
         averaged.load_state_dict(state["averaged"])
         optimizer.load_state_dict(state["optimizer"])
-        scheduler.load_state_dict(state["scheduler"])
         progress = Progress(**state["progress"])
+        if not progress.begin(config.data):
+            scheduler.load_state_dict(state["scheduler"])
+    else:
+        progress.begin(config.data)
 
     inputs, masks = _load(config.data)
     validation = torch.arange(len(inputs)) % VALIDATION_EVERY == 0
@@ -214,9 +227,12 @@ def _description(config: TrainConfig, progress: Progress, log_loads: Tensor) -> 
     """What the weights' manifest says of their training."""
     return {
         "training": asdict(config),
-        "datasets": [
-            json.loads((Path(directory) / "dataset.json").read_text(encoding="utf-8")) for directory in config.data
-        ],
+        "stages": progress.stages,
+        "datasets": {
+            directory: json.loads((Path(directory) / "dataset.json").read_text(encoding="utf-8"))
+            for stage in progress.stages
+            for directory in stage["data"]
+        },
         "epochs": progress.epoch,
         "validation": progress.history[-1],
         "log_load_range": [log_loads.min().item(), log_loads.max().item()],

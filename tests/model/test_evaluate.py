@@ -26,5 +26,5 @@ def test_the_card_holds_what_the_weights_reach_on_unseen_surfaces(tmp_path: Path
 
 
 def test_no_training_surface_is_a_test_surface() -> None:
-    for data in Surrogate.load().weights.manifest["datasets"]:
+    for data in Surrogate.load().weights.manifest["datasets"].values():
         assert data["seed"] + data["count"] <= TEST_SEED

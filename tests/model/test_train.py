@@ -39,7 +39,7 @@ def test_training_learns_and_its_weights_predict(config: TrainConfig, tmp_path: 
     assert checkpoint["config"]["width"] == 4
     surrogate = Surrogate.load(tmp_path / "weights")
     assert surrogate.version.startswith("unet4-")
-    assert surrogate.weights.manifest["datasets"][0]["size"] == 32
+    assert surrogate.weights.manifest["datasets"][config.data[0]]["size"] == 32
 
 
 def test_rotations_turn_inputs_and_masks_together_in_all_eight_ways() -> None:
@@ -48,3 +48,14 @@ def test_rotations_turn_inputs_and_masks_together_in_all_eight_ways() -> None:
     x, y = turned(inputs, masks, torch.Generator().manual_seed(0))
     torch.testing.assert_close(x[:, 0], y)
     assert len({tuple(image.flatten().tolist()) for image in y}) == 8
+
+
+def test_other_data_begin_a_new_stage(config: TrainConfig, tmp_path: Path) -> None:
+    more = tmp_path / "more"
+    build(more, DatasetConfig(size=32, count=20, seed=500))
+    train(tmp_path / "run", replace(config, epochs=2))
+    train(tmp_path / "run", replace(config, epochs=3, data=(*config.data, str(more))))
+    manifest = json.loads((tmp_path / "run/weights/manifest.json").read_text())
+    assert manifest["epochs"] == 3
+    assert [stage["first_epoch"] for stage in manifest["stages"]] == [1, 3]
+    assert [data["count"] for data in manifest["datasets"].values()] == [40, 20]
