@@ -1,4 +1,4 @@
-"""Contact iteration: projected conjugate gradients with one convolution a step.
+"""Contact iteration: preconditioned projected conjugate gradients with one convolution a step.
 
 The Polonsky-Keer iteration minimises 1/2 p.Kp + g0.p over the pressures p >= 0 of given sum. Written as published it can
 deadlock (one pixel in contact has no gradient left) and throws its direction away whenever a pixel joins. Here pixels that
@@ -18,6 +18,7 @@ import numpy as np
 
 from solver.certificate import Certificate, certify
 from solver.convolution import Convolution
+from solver.preconditioner import Preconditioner
 from solver.problem import BoolArray, FloatArray
 from solver.solution import Status
 
@@ -30,17 +31,26 @@ EXACT_STEP = 0.6
 """Line-search lengths from here to 1 are taken as 1, which lands on exact zeros and still lowers the energy."""
 
 
+@dataclass(frozen=True, eq=False)
+class Operators:
+    """The linear maps of one problem."""
+
+    convolve: Convolution
+    precondition: Preconditioner
+
+
 @dataclass
 class _Search:
-    """The conjugate direction, carried from step to step; None after a restart."""
+    """What the conjugate direction carries from step to step; no direction after a restart."""
 
     direction: FloatArray | None = None
     gradient: FloatArray | None = None
+    preconditioned_norm: float = 0.0
     length: float = 0.0
 
 
 def conjugate_gradients(
-    convolve: Convolution,
+    operators: Operators,
     initial_gap: FloatArray,
     load: float,
     pressure: FloatArray,
@@ -51,7 +61,7 @@ def conjugate_gradients(
     """Minimise the contact energy from an admissible pressure.
 
     Args:
-        convolve: displacement by pressure.
+        operators: displacement by pressure, and its preconditioner.
         initial_gap: undeformed gap, shape (rows, columns).
         load: what the pressures sum to.
         pressure: a start with p >= 0 and the right sum.
@@ -62,7 +72,7 @@ def conjugate_gradients(
     Returns:
         Pressure, displacement + initial gap, their fresh certificate, iterations taken, status.
     """
-    separation = convolve(pressure) + initial_gap
+    separation = operators.convolve(pressure) + initial_gap
     fresh = True
     search = _Search()
     lowest, lowest_at, stalls = np.inf, 0, 0
@@ -73,38 +83,32 @@ def conjugate_gradients(
         if residual < lowest:
             lowest, lowest_at, stalls = residual, iteration, 0
         stalled = iteration - lowest_at >= PATIENCE
-        ended = residual <= tolerance or stalled or iteration >= max_iterations
-        if ended and not fresh:
+        step = None
+        if residual > tolerance and not stalled and iteration < max_iterations:
+            step = _step(operators, pressure, separation, certificate.approach, load, search)
+        if step is not None:
+            iteration += 1
+            pressure, separation = step
+            fresh = False
+            if on_iteration is not None:
+                on_iteration(iteration, residual)
+        elif not fresh:
             pressure = pressure * (load / pressure.sum())
-            separation = convolve(pressure) + initial_gap
+            separation = operators.convolve(pressure) + initial_gap
             fresh = True
             search = _Search()
-            continue
-        if residual <= tolerance:
+        elif residual <= tolerance:
             return pressure, separation, certificate, iteration, Status.CONVERGED
-        if iteration >= max_iterations:
+        elif iteration >= max_iterations:
             return pressure, separation, certificate, iteration, Status.ITERATION_LIMIT
-        if stalled and stalls:
-            return pressure, separation, certificate, iteration, Status.STAGNATED
-        if stalled:
+        elif stalled and not stalls:
             lowest_at, stalls = iteration, 1
-        iteration += 1
-        if on_iteration is not None:
-            on_iteration(iteration, residual)
-        step = _step(convolve, pressure, separation, certificate.approach, load, search)
-        if step is None:
-            if fresh:
-                return pressure, separation, certificate, iteration, Status.STAGNATED
-            separation = convolve(pressure) + initial_gap
-            fresh = True
-            search = _Search()
-            continue
-        pressure, separation = step
-        fresh = False
+        else:
+            return pressure, separation, certificate, iteration, Status.STAGNATED
 
 
 def _step(
-    convolve: Convolution,
+    operators: Operators,
     pressure: FloatArray,
     separation: FloatArray,
     approach: float,
@@ -113,22 +117,23 @@ def _step(
 ) -> tuple[FloatArray, FloatArray] | None:
     """One step; None if rounding leaves no direction of descent."""
     working = (pressure > 0) | (separation < approach)
-    gradient = _mean_free(separation, working)
-    direction = _conjugate(gradient, working, search)
+    gradient = np.where(working, separation - separation[working].mean(), 0.0)
+    weights = operators.precondition(working.astype(np.float64), working)
+    direction = _conjugate(operators.precondition, gradient, weights, working, search)
     if search.length == 0:
-        curvature = float(np.vdot(direction, convolve(direction)))
+        curvature = float(np.vdot(direction, operators.convolve(direction)))
         if curvature <= 0:
             return None
         search.length = float(np.vdot(gradient, direction)) / curvature
-    step, clipped = _projected_step(pressure, direction, search.length, load)
+    step, clipped = _projected_step(pressure, direction, search.length, load, weights)
     slope = float(np.vdot(step, gradient))
     if slope >= 0:
         direction = gradient
-        step, clipped = _projected_step(pressure, direction, search.length, load)
+        step, clipped = _projected_step(pressure, direction, search.length, load, working.astype(np.float64))
         slope = float(np.vdot(step, gradient))
         if slope >= 0:
             return None
-    displaced = convolve(step)
+    displaced = operators.convolve(step)
     curvature = float(np.vdot(step, displaced))
     if curvature <= 0:
         return None
@@ -142,36 +147,47 @@ def _step(
     return np.maximum(pressure + taken * step, 0.0), separation + taken * displaced
 
 
-def _mean_free(field: FloatArray, working: BoolArray) -> FloatArray:
-    """The field less its mean on the working set, zero elsewhere."""
-    return np.where(working, field - field[working].mean(), 0.0)
+def _conjugate(
+    precondition: Preconditioner, gradient: FloatArray, weights: FloatArray, working: BoolArray, search: _Search
+) -> FloatArray:
+    """Preconditioned Polak-Ribiere direction on the working set that leaves the load as it is.
+
+    What would change the load is taken out along the weights (the row sums of the preconditioner), which keeps the
+    preconditioned gradient a direction of descent; a plain mean would not.
+    """
+    descent = _load_free(precondition(gradient, working), weights)
+    norm = float(np.vdot(descent, gradient))
+    direction = descent
+    if search.direction is not None and search.gradient is not None and search.preconditioned_norm > 0:
+        factor = float(np.vdot(descent, gradient - search.gradient)) / search.preconditioned_norm
+        conjugate = descent + factor * _load_free(np.where(working, search.direction, 0.0), weights)
+        if factor > 0 and np.vdot(conjugate, gradient) > 0:
+            direction = conjugate
+    search.preconditioned_norm = norm
+    return direction
 
 
-def _conjugate(gradient: FloatArray, working: BoolArray, search: _Search) -> FloatArray:
-    """Polak-Ribiere direction on the working set; the gradient after a restart."""
-    if search.direction is None or search.gradient is None:
-        return gradient
-    previous = search.gradient
-    norm = float(np.vdot(previous, previous))
-    factor = float(np.vdot(gradient, gradient - previous)) / norm if norm > 0 else 0.0
-    if factor <= 0:
-        return gradient
-    direction = gradient + factor * _mean_free(search.direction, working)
-    return direction if float(np.vdot(direction, gradient)) > 0 else gradient
+def _load_free(field: FloatArray, weights: FloatArray) -> FloatArray:
+    """The field less that multiple of the weights which makes it sum to zero."""
+    result: FloatArray = field - (field.sum() / weights.sum()) * weights
+    return result
 
 
-def _projected_step(pressure: FloatArray, direction: FloatArray, length: float, load: float) -> tuple[FloatArray, bool]:
-    """The step from the pressure to the projection of pressure - length * direction, and whether pixels were clipped.
+def _projected_step(
+    pressure: FloatArray, direction: FloatArray, length: float, load: float, weights: FloatArray
+) -> tuple[FloatArray, bool]:
+    """The step from the pressure to an admissible one near pressure - length * direction, and whether it was clipped.
 
-    The projection onto {p >= 0, sum p = load} shifts the positive pixels by one constant until the sum is right.
+    Negative pressures are set to zero, and the positive ones shifted along the weights until the sum is the load; with
+    equal weights this is the projection onto the admissible pressures.
     """
     trial = pressure - length * direction
     if trial.min() >= 0:
         return -length * direction, False
-    shift, positive = 0.0, trial > 0
+    positive = trial > 0
     while True:
-        shift = (float(trial[positive].sum()) - load) / int(positive.sum())
-        remaining = positive & (trial > shift)
-        if remaining.sum() == positive.sum():
-            return np.where(positive, trial - shift, 0.0) - pressure, True
+        shift = (float(trial[positive].sum()) - load) / float(weights[positive].sum())
+        remaining = positive & (trial > shift * weights)
+        if np.count_nonzero(remaining) == np.count_nonzero(positive):
+            return np.where(positive, trial - shift * weights, 0.0) - pressure, True
         positive = remaining

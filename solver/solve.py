@@ -4,9 +4,10 @@ from typing import Literal
 
 import numpy as np
 
-from solver.conjugate_gradients import OnIteration, conjugate_gradients
+from solver.conjugate_gradients import OnIteration, Operators, conjugate_gradients
 from solver.convolution import convolution
 from solver.errors import InvalidProblemError
+from solver.preconditioner import preconditioner
 from solver.problem import ContactProblem, FloatArray
 from solver.solution import Solution
 
@@ -45,14 +46,16 @@ def solve(
         raise InvalidProblemError(f"The tolerance is {tolerance:g}; it must be positive and finite.")
 
     # Units: length s = sqrt(dx dy), gap H = rms height, pressure E* H / s.
-    convolve = convolution(problem.boundary, problem.shape, problem.pixel_size)
+    operators = Operators(
+        convolution(problem.boundary, problem.shape, problem.pixel_size), preconditioner(problem.pixel_size)
+    )
     length = float(np.sqrt(problem.pixel_area))
     height = problem.rms_height or problem.load / (problem.effective_modulus * np.sqrt(problem.nominal_area))
     pressure_unit = problem.effective_modulus * height / length
     load = problem.load / (problem.pixel_area * pressure_unit)
 
     pressure, separation, certificate, iterations, status = conjugate_gradients(
-        convolve,
+        operators,
         problem.initial_gap / height,
         load,
         _admissible_start(problem, load, initial_pressure),
