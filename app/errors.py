@@ -33,6 +33,14 @@ class InvalidFormError(AsperityError):
         self.errors = errors
 
 
+class InvalidSettingsError(AsperityError):
+    """An environment variable that cannot be used."""
+
+    code = "invalid-settings"
+    title = "A setting is not valid"
+    http_status = 422
+
+
 class UploadError(AsperityError):
     """A file that cannot be read as a height map."""
 

@@ -43,7 +43,7 @@ class ProblemForm(BaseModel):
     poissons_ratio_2: PoissonsRatio | None = Field(None, description="Poisson's ratio of the second body")
     effective_modulus_gpa: PositiveFinite | None = Field(
         None,
-        description="effective modulus E*, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2, in GPa",
+        description="effective modulus E* of the two bodies together, in GPa",
         validate_default=True,
     )
     resistivity_ohm_m: PositiveFinite | None = Field(
@@ -83,8 +83,7 @@ class ProblemForm(BaseModel):
         Raises:
             InvalidProblemError: the map is too small, or both bodies are rigid.
         """
-        dy_um, dx_um = self.pixel_size_y_um or self.pixel_size_um, self.pixel_size_x_um or self.pixel_size_um
-        assert dy_um is not None and dx_um is not None  # noqa: S101 (_one_pixel_size)
+        dy_um, dx_um = _given(self.pixel_size_y_um, self.pixel_size_x_um) or 2 * _given(self.pixel_size_um)
         return ContactProblem(
             heights=height_map.heights(self.height_range_um * 1e-6),
             pixel_size=(dy_um * 1e-6, dx_um * 1e-6),
@@ -97,9 +96,14 @@ class ProblemForm(BaseModel):
         """E* in Pa."""
         if self.effective_modulus_gpa is not None:
             return self.effective_modulus_gpa * 1e9
-        bodies = (self.youngs_modulus_1_gpa, self.poissons_ratio_1, self.youngs_modulus_2_gpa, self.poissons_ratio_2)
-        modulus_1, ratio_1, modulus_2, ratio_2 = (value for value in bodies if value is not None)
+        modulus_1, ratio_1, modulus_2, ratio_2 = _given(
+            self.youngs_modulus_1_gpa, self.poissons_ratio_1, self.youngs_modulus_2_gpa, self.poissons_ratio_2
+        )
         return effective_modulus(modulus_1 * 1e9, ratio_1, modulus_2 * 1e9, ratio_2)
+
+
+def _given(*values: float | None) -> list[float]:
+    return [value for value in values if value is not None]
 
 
 def _choose_one(name: str, value: float | None, others: tuple[str, ...], given: Mapping[str, Any]) -> None:

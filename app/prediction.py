@@ -20,15 +20,22 @@ class Stopwatch:
     """Wall time by stage."""
 
     def __init__(self) -> None:
-        self.timings_ms: dict[str, float] = {}
+        self._stages_ms: dict[str, float] = {}
         self._started = self._last = perf_counter()
 
     def lap(self, stage: str) -> None:
         """End a stage."""
-        now = perf_counter()
-        self.timings_ms[stage] = (now - self._last) * 1e3
-        self.timings_ms["total"] = (now - self._started) * 1e3
-        self._last = now
+        self.laps({stage: (perf_counter() - self._last) * 1e3})
+
+    def laps(self, stages_ms: dict[str, float]) -> None:
+        """End several stages that were timed elsewhere."""
+        self._stages_ms |= stages_ms
+        self._last = perf_counter()
+
+    @property
+    def timings_ms(self) -> dict[str, float]:
+        """Milliseconds by stage, and their total."""
+        return self._stages_ms | {"total": (self._last - self._started) * 1e3}
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +65,7 @@ def predict(data: bytes, form: ProblemForm, surrogate: Surrogate, stopwatch: Sto
     stopwatch.lap("decode")
 
     prediction = surrogate.predict(problem)
-    stopwatch.lap("predict")
-    stopwatch.timings_ms |= prediction.timings_ms
+    stopwatch.laps(prediction.timings_ms)
 
     mask = prediction.contact_mask
     resistance = None

@@ -8,7 +8,7 @@ from solver.problem import ContactProblem
 
 FEW_LEVELS = 256
 CLIPPED_SHARE = 0.01
-TILTED_SHARE = 0.5
+TILTED_SHARE = 0.8
 USUAL_RMS_SLOPES = (1e-4, 3.0)
 SEAM_RATIO = 3.0
 

@@ -1,6 +1,6 @@
 // The numbers of a prediction and of a verification.
 
-import { area, duration, length, number, percent, resistance, signed } from "./format.js";
+import { area, duration, length, number, percent, resistance, score, signed } from "./format.js";
 
 const at = (id) => document.getElementById(id);
 
@@ -25,7 +25,7 @@ export function showPrediction(prediction) {
     ohm === null
       ? figure("Contact resistance", "–", "no resistivity given")
       : figure("Contact resistance", resistance(ohm), `± ${percent(expected.contact_resistance, 2)} expected`),
-    figure("Expected Dice", number(1 - expected.dice, 3), "overlap with the exact mask"),
+    figure("Expected Dice", score(1 - expected.dice), "overlap with the exact mask"),
     figure("Rms height", length(surface.rms_height_um)),
     figure("Rms slope", number(surface.rms_slope, 3)),
     figure("Answered in", duration(timings.total)),
@@ -50,12 +50,12 @@ export function showPrediction(prediction) {
 export function showComparison(job) {
   const { comparison, result } = job;
   at("comparison").replaceChildren(
-    figure("Dice", number(comparison.dice), "overlap of the two masks", true),
+    figure("Dice", score(comparison.dice), "overlap of the two masks", true),
     figure("Area error", signed(comparison.area_error)),
     figure("Resistance error", comparison.resistance_error === null ? "–" : signed(comparison.resistance_error)),
-    figure("BF score", number(comparison.bf_score)),
-    figure("Jaccard", number(comparison.jaccard)),
-    figure("Pixel accuracy", number(comparison.pixel_accuracy, 5)),
+    figure("BF score", score(comparison.bf_score)),
+    figure("Jaccard", score(comparison.jaccard)),
+    figure("Pixel accuracy", score(comparison.pixel_accuracy)),
     figure("Reference area", area(result.contact_area_mm2)),
     ...(result.contact_resistance_ohm === null
       ? []

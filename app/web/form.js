@@ -47,14 +47,22 @@ export function clearErrors() {
   for (const input of form.querySelectorAll("[aria-invalid]")) input.removeAttribute("aria-invalid");
 }
 
+/** A message in the words of this page: labels in place of the names of fields. */
+function inWords(detail) {
+  return detail.replace(/\b[a-z]+(_[a-z0-9]+)+\b|^surface\b/g, (name) => {
+    const input = form.elements[name];
+    return input?.ariaLabel ?? input?.labels?.[0].firstChild.textContent.trim() ?? name;
+  });
+}
+
 /** Put each message beside its field, the rest above the button; focus the first field concerned. */
 export function showErrors(problem) {
   clearErrors();
   const elsewhere = [];
   for (const { field, detail } of problem.errors) {
     const place = document.getElementById(`error-${field}`);
-    if (place) place.textContent = detail;
-    else elsewhere.push(detail);
+    if (place) place.textContent = inWords(detail);
+    else elsewhere.push(inWords(detail));
     form.elements[field]?.setAttribute?.("aria-invalid", "true");
   }
   if (problem.errors.length === 0) elsewhere.push(problem.message);

@@ -12,7 +12,7 @@ const at = (id) => document.getElementById(id);
 const form = at("form");
 
 /** The map chosen and the masks known of it. */
-const shown = { header: null, predicted: null, reference: null };
+const shown = { header: null, levels: null, predicted: null, reference: null };
 
 async function chooseFile() {
   const [file] = at("surface").files;
@@ -24,6 +24,7 @@ async function chooseFile() {
   at("legend").replaceChildren();
   at("drop").classList.add("filled");
   at("drop-title").textContent = file.name;
+  shown.levels = null;
   shown.header = await readHeader(file);
   const { header } = shown;
   at("surface-read").textContent = header
@@ -31,7 +32,7 @@ async function chooseFile() {
     : "not a PNG file";
   if (!header) return;
   try {
-    drawHeights(await decode(file));
+    shown.levels = drawHeights(await decode(file));
     at("empty").hidden = true;
   } catch (error) {
     if (!(error instanceof DOMException)) throw error;
@@ -47,12 +48,13 @@ function describe() {
   const { dy, dx, range } = units();
   const sized = dy > 0 && dx > 0;
   const pixels = `${header.rows} rows × ${header.columns} columns`;
-  const size = sized ? `${length(header.columns * dx)} wide, ${length(header.rows * dy)} high` : "physical size: give the pixel size";
-  const heights = range > 0 ? `heights span up to ${length(range)}` : "heights: give the height range";
+  const size = sized ? `${length(header.columns * dx)} wide, ${length(header.rows * dy)} high` : "size: give the pixel size";
+  const levels = shown.levels ?? { lowest: 0, highest: 1 };
+  const heights = range > 0 ? `heights span ${length((levels.highest - levels.lowest) * range)}` : "heights: give the height range";
   const details = Object.assign(document.createElement("span"), { textContent: `${size}; ${heights}` });
   at("read").replaceChildren(`${pixels}, ${header.bitDepth}-bit`, details);
-  at("ramp-low").textContent = range > 0 ? "0" : "low";
-  at("ramp-high").textContent = range > 0 ? length(range) : "high";
+  at("ramp-low").textContent = range > 0 ? length(levels.lowest * range) : "low";
+  at("ramp-high").textContent = range > 0 ? length(levels.highest * range) : "high";
   at("caption").hidden = false;
   setShape(sized ? (header.columns * dx) / (header.rows * dy) : header.columns / header.rows);
   drawBar(sized ? header.columns * dx : null);
@@ -101,6 +103,7 @@ async function submit(event) {
     at("controls").hidden = false;
     drawView();
     drawBar(prediction.surface.columns * prediction.surface.pixel_size_x_um);
+    if (at("picture").getBoundingClientRect().top > window.innerHeight / 2) at("picture").scrollIntoView({ behavior: "smooth" });
     if (prediction.verification) verify(prediction.verification.url);
   } catch (error) {
     if (!(error instanceof Problem)) throw error;

@@ -24,7 +24,10 @@ function colour(name) {
   return [1, 3, 5].map((start) => parseInt(hex.slice(start, start + 2), 16));
 }
 
-/** Draw grey heights from the darkest to the lightest tone, stretched over the levels that the map uses. */
+/**
+ * Draw grey heights from the darkest to the lightest tone, stretched over the levels that the map uses.
+ * @returns {{lowest: number, highest: number}} those levels, from 0 to 1
+ */
 export function drawHeights(bitmap) {
   const image = pixels(bitmap);
   const { data } = image;
@@ -43,6 +46,7 @@ export function drawHeights(bitmap) {
   }
   put(heights, image);
   overlay.hidden = true;
+  return { lowest: lowest / 255, highest: highest / 255 };
 }
 
 /** Draw pixels of contact: predicted, reference, or where the two differ. */

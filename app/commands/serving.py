@@ -1,0 +1,42 @@
+"""`asperity serve` and `asperity worker`: the service and the processes that verify for it."""
+
+import signal
+import sys
+from contextlib import ExitStack
+from types import FrameType
+
+from app.settings import read_settings
+from worker.embedded_redis import EmbeddedRedis
+from worker.process import run_worker
+from worker.supervisor import WorkerSupervisor
+
+
+def serve() -> None:
+    """Serve the HTTP interface and the web page, with an embedded Redis unless REDIS_URL names one, and workers.
+
+    Settings come from the environment: ASPERITY_HOST, ASPERITY_PORT (8000), ASPERITY_STATE_DIR, ASPERITY_WORKERS (1;
+    0 for none), ASPERITY_UPLOAD_LIMIT_MIB (64), REDIS_URL and those of `asperity worker`. Ctrl-C ends all of it.
+    """
+    import uvicorn
+
+    from app.main import create_app
+
+    settings = read_settings()
+    signal.signal(signal.SIGTERM, _leave)  # uvicorn hands the signal on when it is done
+    with ExitStack() as stack:
+        if settings.redis_url is None:
+            stack.enter_context(EmbeddedRedis(settings.state_path))
+        stack.enter_context(WorkerSupervisor(settings, settings.workers))
+        uvicorn.run(create_app(settings), host=settings.host, port=settings.port)
+
+
+def worker() -> None:
+    """Verify predictions of the queue: that of REDIS_URL, or of a running `asperity serve` in the same state directory.
+
+    Settings come from the environment: ASPERITY_STATE_DIR, REDIS_URL, ASPERITY_JOB_TIMEOUT_S, ASPERITY_RETENTION_DAYS.
+    """
+    run_worker(read_settings())
+
+
+def _leave(signum: int, frame: FrameType | None) -> None:
+    sys.exit(0)

@@ -1,0 +1,43 @@
+"""The HTTP application."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from importlib.metadata import version
+
+from fastapi import FastAPI
+from fastapi.staticfiles import StaticFiles
+from fastapi_swagger import patch_fastapi
+
+from app.body_limit import BodyLimit
+from app.problems import MEDIA_TYPE, Problem, add_problem_handlers
+from app.routes import health, jobs, pages, predictions
+from app.service import Service
+from app.settings import Settings
+
+
+def create_app(settings: Settings) -> FastAPI:
+    """The application; the queue must be reachable with these settings for verifications, not for predictions."""
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        app.state.service = await asyncio.to_thread(Service, settings)
+        yield
+
+    app = FastAPI(
+        title="Asperity",
+        summary="Contact of rough surfaces: mask, area and resistance, checked by a reference solve.",
+        version=version("asperity"),
+        lifespan=lifespan,
+        docs_url=None,
+        redoc_url=None,
+        swagger_ui_oauth2_redirect_url=None,
+        responses={"default": {"model": Problem, "description": "A problem document", "content": {MEDIA_TYPE: {}}}},
+    )
+    app.add_middleware(BodyLimit, limit_mib=settings.upload_limit_mib)
+    add_problem_handlers(app)
+    for routes in (predictions, jobs, health, pages):
+        app.include_router(routes.router)
+    patch_fastapi(app, redirect_from_root_to_docs=False)
+    app.mount("/web", StaticFiles(directory=pages.WEB))
+    return app

@@ -1,0 +1,28 @@
+"""Liveness and readiness."""
+
+from fastapi import APIRouter
+from pydantic import BaseModel
+
+from app.routes.dependencies import ServiceDependency
+
+router = APIRouter(tags=["health"])
+
+
+class Health(BaseModel):
+    """All is well; what is not is a problem document."""
+
+    status: str
+    model: str | None = None
+
+
+@router.get("/healthz")
+def healthz() -> Health:
+    """Whether the process lives."""
+    return Health(status="ok")
+
+
+@router.get("/readyz")
+def readyz(service: ServiceDependency) -> Health:
+    """Whether predictions and verifications can be made: weights loaded, queue reachable; 503 with the cause if not."""
+    service.check()
+    return Health(status="ok", model=service.surrogate.version)

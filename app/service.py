@@ -1,0 +1,141 @@
+"""What the endpoints do: predict, store, queue, and read again."""
+
+from base64 import b64encode
+from dataclasses import asdict
+
+from anyio import CapacityLimiter, to_thread
+
+from app.prediction import Stopwatch, predict
+from app.schemas import (
+    JobAnswer,
+    PredictionAnswer,
+    PredictionForm,
+    VerificationLink,
+)
+from app.settings import Settings
+from model import Surrogate
+from model.errors import WeightsError
+from worker.connection import connect
+from worker.jobs import JobState, VerificationQueue
+from worker.masks import mask_png
+from worker.store import ResultStore, new_id
+
+PREDICTIONS_AT_ONCE = 2
+"""More would only share the processors, and memory is what large maps need most."""
+
+
+class Service:
+    """Surrogate, store and queue behind the HTTP interface.
+
+    Without weights it starts all the same: every use of the surrogate then says what is missing.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        self.store = ResultStore(settings.state_path / "results", settings.retention_s)
+        self._limiter = CapacityLimiter(PREDICTIONS_AT_ONCE)
+        self._surrogate: Surrogate | WeightsError
+        try:
+            self._surrogate = Surrogate.load()
+        except WeightsError as error:
+            self._surrogate = error
+
+    @property
+    def surrogate(self) -> Surrogate:
+        """The surrogate.
+
+        Raises:
+            WeightsError: its weights are missing or damaged.
+        """
+        if isinstance(self._surrogate, WeightsError):
+            raise self._surrogate
+        return self._surrogate
+
+    def check(self) -> None:
+        """Make sure that predictions and verifications are possible.
+
+        Raises:
+            WeightsError, QueueUnavailableError: the cause why they are not.
+        """
+        _ = self.surrogate
+        self._queue()
+
+    async def predict(self, data: bytes, form: PredictionForm) -> PredictionAnswer:
+        """Predict, store, and queue the verification, away from the event loop.
+
+        Raises:
+            AsperityError: bad input, or no queue for a verification.
+        """
+        return await to_thread.run_sync(self._predict, data, form, limiter=self._limiter)
+
+    def _predict(self, data: bytes, form: PredictionForm) -> PredictionAnswer:
+        stopwatch = Stopwatch()
+        predicted = predict(data, form, self.surrogate, stopwatch)
+        prediction_id = new_id()
+        mask = mask_png(predicted.mask)
+        stopwatch.lap("encode")
+        verification = None
+        if form.verify:
+            job_id = self._queue().enqueue(predicted.problem, predicted.mask, form.resistivity_ohm_m)
+            verification = VerificationLink(job_id=job_id, url=f"/v1/jobs/{job_id}")
+            stopwatch.lap("queue")
+        answer = PredictionAnswer(
+            **dict(predicted.numbers) | {"timings_ms": stopwatch.timings_ms},
+            id=prediction_id,
+            mask_url=f"/v1/predictions/{prediction_id}/mask.png",
+            mask=b64encode(mask).decode() if form.inline_mask else None,
+            verification=verification,
+        )
+        self.store.put(prediction_id, {"prediction.json": answer.model_dump_json().encode(), "mask.png": mask})
+        return answer
+
+    def prediction(self, prediction_id: str) -> PredictionAnswer:
+        """A stored prediction, as it was answered.
+
+        Raises:
+            ResultNotFoundError: there is none of that id.
+        """
+        return PredictionAnswer.model_validate_json(self.store.get(prediction_id, "prediction.json"))
+
+    def mask(self, prediction_id: str) -> bytes:
+        """The mask of a stored prediction, a PNG file.
+
+        Raises:
+            ResultNotFoundError: there is none of that id.
+        """
+        return self.store.get(prediction_id, "mask.png")
+
+    def job(self, job_id: str) -> JobAnswer:
+        """Where a verification stands.
+
+        Raises:
+            JobNotFoundError, QueueUnavailableError: there is no such job, or no queue.
+        """
+        return _job_answer(self._queue().state(job_id))
+
+    def cancel(self, job_id: str) -> JobAnswer:
+        """Cancel a verification, waiting or running.
+
+        Raises:
+            JobNotFoundError, QueueUnavailableError: there is no such job, or no queue.
+        """
+        return _job_answer(self._queue().cancel(job_id))
+
+    def reference_mask(self, job_id: str) -> bytes:
+        """The reference mask of a finished verification, a PNG file.
+
+        Raises:
+            JobNotFoundError, QueueUnavailableError: there is no such job, it has not finished, or no queue.
+        """
+        return self._queue().reference_mask(job_id)
+
+    def _queue(self) -> VerificationQueue:
+        """The queue, over a connection that has just answered: a Redis that restarts is found again."""
+        return VerificationQueue(connect(self.settings), self.settings)
+
+
+def _job_answer(state: JobState) -> JobAnswer:
+    fields = asdict(state)
+    reference = fields.pop("reference")
+    result = reference and reference | {"mask_url": f"/v1/jobs/{state.id}/mask.png"}
+    return JobAnswer.model_validate(fields | {"result": result})

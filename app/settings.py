@@ -1,0 +1,32 @@
+"""Settings of the service, read from the environment."""
+
+from pydantic import Field, NonNegativeInt, PositiveInt, ValidationError
+
+from app.errors import InvalidSettingsError
+from worker.settings import Settings as WorkerSettings
+
+
+class Settings(WorkerSettings):
+    """What the service needs to know besides queue and results; the prefix of the variables is ``ASPERITY_``."""
+
+    host: str = Field(default="127.0.0.1", description="address to listen on")
+    port: PositiveInt = Field(default=8000, le=65535, description="port to listen on")
+    workers: NonNegativeInt = Field(default=1, description="worker processes that `asperity serve` keeps running")
+    upload_limit_mib: PositiveInt = Field(default=64, description="largest upload, in MiB")
+
+
+def read_settings() -> Settings:
+    """The settings of the environment.
+
+    Raises:
+        InvalidSettingsError: a variable that cannot be used; the message names it.
+    """
+    try:
+        return Settings()
+    except ValidationError as error:
+        faults = [f"{_variable(str(fault['loc'][0]))} is {fault['input']!r}: {fault['msg']}." for fault in error.errors()]
+        raise InvalidSettingsError(" ".join(faults)) from error
+
+
+def _variable(name: str) -> str:
+    return name if name.isupper() else f"ASPERITY_{name.upper()}"

@@ -1,0 +1,37 @@
+"""`asperity serve` and `asperity worker`."""
+
+import os
+import signal
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.app.conftest import ASPERITY, free_port, run, wait_until_ready
+
+
+def test_a_worker_without_a_queue_fails_with_advice(tmp_path: Path) -> None:
+    done = run("worker", ASPERITY_STATE_DIR=str(tmp_path))
+    assert done.returncode == 1
+    assert "asperity serve" in done.stderr
+
+
+def test_a_setting_that_cannot_be_used_is_bad_input() -> None:
+    done = run("serve", ASPERITY_PORT="http")
+    assert done.returncode == 2
+    assert "ASPERITY_PORT" in done.stderr
+
+
+@pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
+def test_serve_ends_with_all_its_processes(tmp_path: Path, signum: signal.Signals) -> None:
+    port = free_port()
+    settings = {"ASPERITY_STATE_DIR": str(tmp_path), "ASPERITY_PORT": str(port)}
+    process = subprocess.Popen([ASPERITY, "serve"], env=os.environ | settings, start_new_session=True)
+    wait_until_ready(f"http://127.0.0.1:{port}", process)
+    children = [
+        pid for task in Path(f"/proc/{process.pid}/task").iterdir() for pid in (task / "children").read_text().split()
+    ]
+    assert len(children) >= 2
+    os.killpg(process.pid, signum)
+    assert process.wait(30) == 0
+    assert not [child for child in children if Path("/proc", child).exists()]

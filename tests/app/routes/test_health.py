@@ -1,0 +1,62 @@
+"""Liveness and readiness, with and without what the service needs."""
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import httpx
+import pytest
+
+from app.main import create_app
+from app.settings import Settings
+from model import Surrogate
+from tests.app.conftest import UNITS
+from tests.app.pngs import surface_png
+
+
+@asynccontextmanager
+async def running(state: Path) -> AsyncIterator[httpx.AsyncClient]:
+    """The application in this process, with a state directory where no Redis runs."""
+    app = create_app(Settings(state_dir=state))
+    async with (
+        app.router.lifespan_context(app),
+        httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://test") as client,
+    ):
+        yield client
+
+
+def test_ready(client: httpx.Client) -> None:
+    assert client.get("/healthz").json()["status"] == "ok"
+    ready = client.get("/readyz").json()
+    assert ready == {"status": "ok", "model": Surrogate.load().version}
+
+
+@pytest.mark.anyio
+async def test_not_ready_without_redis(tmp_path: Path) -> None:
+    async with running(tmp_path) as client:
+        assert (await client.get("/healthz")).status_code == 200
+        response = await client.get("/readyz")
+    assert response.status_code == 503
+    assert response.json()["type"] == "/problems/queue-unavailable"
+    assert int(response.headers["retry-after"]) > 0
+
+
+@pytest.mark.anyio
+async def test_only_verification_needs_redis(tmp_path: Path) -> None:
+    files = {"surface": ("surface.png", surface_png(), "image/png")}
+    async with running(tmp_path) as client:
+        without = await client.post("/v1/predictions", data=UNITS | {"verify": "false"}, files=files)
+        with_verification = await client.post("/v1/predictions", data=UNITS, files=files)
+    assert without.status_code == 200
+    assert with_verification.json()["type"] == "/problems/queue-unavailable"
+
+
+@pytest.mark.anyio
+async def test_not_ready_without_weights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    load = Surrogate.load
+    monkeypatch.setattr(Surrogate, "load", lambda: load(tmp_path))
+    async with running(tmp_path) as client:
+        assert (await client.get("/healthz")).status_code == 200
+        response = await client.get("/readyz")
+    assert response.status_code == 503
+    assert response.json()["type"] == "/problems/weights-unavailable"

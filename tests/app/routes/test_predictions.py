@@ -1,0 +1,163 @@
+"""POST /v1/predictions and what can be read again."""
+
+import base64
+import io
+from collections.abc import Callable
+
+import httpx
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+from solver import boyer_resistance, effective_modulus
+from tests.app.pngs import header, png, surface_codes, surface_png
+
+Predict = Callable[..., httpx.Response]
+
+
+def read_mask(data: bytes) -> NDArray[np.bool_]:
+    image = Image.open(io.BytesIO(data))
+    assert image.mode == "1"
+    return np.asarray(image)
+
+
+@pytest.fixture(scope="module")
+def mask_of(client: httpx.Client) -> Callable[[httpx.Response], NDArray[np.bool_]]:
+    def fetch(response: httpx.Response) -> NDArray[np.bool_]:
+        assert response.status_code == 200, response.text
+        answer = client.get(response.json()["mask_url"])
+        assert answer.headers["content-type"] == "image/png"
+        return read_mask(answer.content)
+
+    return fetch
+
+
+def test_numbers_agree_with_the_mask(predict: Predict, mask_of: Callable[..., NDArray[np.bool_]]) -> None:
+    response = predict(resistivity_ohm_m="1.7e-8")
+    answer, mask = response.json(), mask_of(response)
+    assert 0 < mask.mean() < 1
+    assert answer["contact_fraction"] == pytest.approx(mask.mean())
+    assert answer["contact_area_mm2"] == pytest.approx(mask.mean() * 1.0)
+    pixel = (15.625e-6, 15.625e-6)
+    assert answer["contact_resistance_ohm"] == pytest.approx(boyer_resistance(mask, pixel, 1.7e-8))
+    assert answer["method"] == "surrogate"
+    assert answer["verification"] is None
+    assert set(answer["expected_error"]) == {"dice", "contact_area", "contact_resistance"}
+    stages = [value for stage, value in answer["timings_ms"].items() if stage != "total"]
+    assert sum(stages) == pytest.approx(answer["timings_ms"]["total"], rel=0.2)
+
+
+def test_what_was_read_is_told(predict: Predict) -> None:
+    surface = predict().json()["surface"]
+    assert (surface["rows"], surface["columns"], surface["bit_depth"]) == (64, 64, 16)
+    assert surface["height_range_um"] == pytest.approx(50)
+    assert surface["pixel_size_x_um"] == pytest.approx(15.625)
+
+
+def test_no_resistance_is_guessed(predict: Predict) -> None:
+    assert predict().json()["contact_resistance_ohm"] is None
+
+
+def test_the_answer_can_be_read_again(predict: Predict, client: httpx.Client) -> None:
+    answer = predict(verify="true").json()
+    assert client.get(f"/v1/predictions/{answer['id']}").json() == answer
+
+
+def test_the_mask_comes_inline_on_request(predict: Predict, client: httpx.Client) -> None:
+    answer = predict(inline_mask="true").json()
+    assert base64.b64decode(answer["mask"]) == client.get(answer["mask_url"]).content
+    assert predict().json()["mask"] is None
+
+
+def test_the_same_problem_in_other_units_has_the_same_mask(
+    predict: Predict, mask_of: Callable[..., NDArray[np.bool_]]
+) -> None:
+    reference = mask_of(predict())
+    per_axis = predict(pixel_size_um=None, pixel_size_x_um="15.625", pixel_size_y_um="15.625")
+    np.testing.assert_array_equal(mask_of(per_axis), reference)
+    bodies = {
+        "youngs_modulus_1_gpa": "10",
+        "poissons_ratio_1": "0.3",
+        "youngs_modulus_2_gpa": "20",
+        "poissons_ratio_2": "0.25",
+    }
+    modulus = effective_modulus(10, 0.3, 20, 0.25)
+    np.testing.assert_array_equal(
+        mask_of(predict(effective_modulus_gpa=None, **bodies)), mask_of(predict(effective_modulus_gpa=repr(modulus)))
+    )
+
+
+def test_rows_and_columns_stay_as_uploaded(predict: Predict, mask_of: Callable[..., NDArray[np.bool_]]) -> None:
+    codes = surface_codes()[:, :40].copy()
+    codes[:20] //= 4
+    pixels = {"pixel_size_um": None, "pixel_size_x_um": "10", "pixel_size_y_um": "20"}
+    response = predict(png(codes), **pixels)
+    surface, mask = response.json()["surface"], mask_of(response)
+    assert (surface["rows"], surface["columns"]) == mask.shape == (64, 40)
+    assert (surface["pixel_size_x_um"], surface["pixel_size_y_um"]) == pytest.approx((10, 20))
+    assert not mask[:20].any()
+    assert codes[mask].mean() > np.quantile(codes, 0.9)
+    turned = mask_of(predict(png(codes.T.copy()), pixel_size_um=None, pixel_size_x_um="20", pixel_size_y_um="10"))
+    assert (mask == turned.T).mean() > 0.95
+
+
+@pytest.mark.parametrize(
+    ("surface", "fields", "status", "code", "field", "words"),
+    [
+        (surface_png(), {"load_n": "-1"}, 422, "invalid-form", "load_n", "load_n is -1; it must be positive"),
+        (surface_png(), {"load_n": "NaN"}, 422, "invalid-form", "load_n", "must be a finite number"),
+        (surface_png(), {"height_range_um": None}, 422, "invalid-form", "height_range_um", "give the height from black"),
+        (surface_png(), {"load_n": ""}, 422, "invalid-form", "load_n", "load_n is missing"),
+        (surface_png(), {"verify": "perhaps"}, 422, "invalid-form", "verify", "true or false"),
+        (surface_png()[:500], {}, 422, "truncated-png", "surface", "ends before"),
+        (b"GIF89a", {}, 415, "not-a-png", "surface", "grey PNG"),
+        (header(9000, 9000), {}, 413, "image-too-large", "surface", "Crop"),
+        (png(np.full((64, 64), 7, np.uint8)), {}, 422, "constant-heights", "surface", "same grey level"),
+        (png(np.arange(6, dtype=np.uint8).reshape(2, 3)), {}, 422, "invalid-heights", "surface", "2 x 3 pixels"),
+        (
+            surface_png(),
+            {
+                "effective_modulus_gpa": None,
+                "youngs_modulus_1_gpa": "inf",
+                "poissons_ratio_1": "0.3",
+                "youngs_modulus_2_gpa": "inf",
+                "poissons_ratio_2": "0.3",
+            },
+            422,
+            "invalid-material",
+            "effective_modulus_gpa",
+            "Both bodies are rigid",
+        ),
+    ],
+)
+def test_refusals(
+    predict: Predict, surface: bytes, fields: dict[str, str | None], status: int, code: str, field: str, words: str
+) -> None:
+    response = predict(surface, **fields)
+    problem = response.json()
+    assert response.status_code == problem["status"] == status
+    assert response.headers["content-type"] == "application/problem+json"
+    assert problem["type"] == f"/problems/{code}"
+    assert problem["instance"] == "/v1/predictions"
+    assert [error["field"] for error in problem["errors"]] == [field]
+    assert words in problem["detail"]
+
+
+def test_without_a_file_it_says_so(client: httpx.Client) -> None:
+    problem = client.post("/v1/predictions", data={"load_n": "1"}).json()
+    assert "surface" in [error["field"] for error in problem["errors"]]
+
+
+def test_too_large_an_upload_is_refused(predict: Predict) -> None:
+    response = predict(bytes(5 * 2**20))
+    assert response.status_code == 413
+    assert response.json()["type"] == "/problems/upload-too-large"
+
+
+@pytest.mark.parametrize("prediction_id", ["0" * 32, "nonsense", "..%2F..%2Fredis"])
+@pytest.mark.parametrize("rest", ["", "/mask.png"])
+def test_unknown_ids_are_not_found(client: httpx.Client, prediction_id: str, rest: str) -> None:
+    response = client.get(f"/v1/predictions/{prediction_id}{rest}")
+    assert response.status_code == 404
+    assert response.headers["content-type"] == "application/problem+json"

@@ -1,0 +1,21 @@
+"""Settings of the environment."""
+
+import pytest
+
+from app.errors import InvalidSettingsError
+from app.settings import read_settings
+
+
+def test_settings_come_from_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ASPERITY_PORT", "1234")
+    monkeypatch.setenv("REDIS_URL", "redis://elsewhere")
+    settings = read_settings()
+    assert settings.port == 1234
+    assert settings.redis_url == "redis://elsewhere"
+
+
+@pytest.mark.parametrize(("name", "value"), [("ASPERITY_PORT", "high"), ("ASPERITY_WORKERS", "-1")])
+def test_a_variable_that_cannot_be_used_is_named(monkeypatch: pytest.MonkeyPatch, name: str, value: str) -> None:
+    monkeypatch.setenv(name, value)
+    with pytest.raises(InvalidSettingsError, match=f"{name} is '{value}'"):
+        read_settings()
