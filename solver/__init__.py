@@ -2,7 +2,7 @@
 
 from solver.errors import AsperityError, InvalidProblemError
 from solver.problem import ContactProblem, effective_modulus
-from solver.resistance import boyer_resistance
+from solver.resistance import boyer_resistance, constriction_resistance
 from solver.solution import Solution, Status
 from solver.solve import solve
 from solver.surfaces import random_midpoint_displacement
@@ -14,6 +14,7 @@ __all__ = [
     "Solution",
     "Status",
     "boyer_resistance",
+    "constriction_resistance",
     "effective_modulus",
     "random_midpoint_displacement",
     "solve",

@@ -92,3 +92,14 @@ def uniform_square_centre_displacement(side: float, pressure: float, effective_m
     Source: Love 1929; Johnson 1985, Contact Mechanics, Eq. 3.25.
     """
     return float(4 * np.log(1 + np.sqrt(2)) / np.pi * pressure * side / effective_modulus)
+
+
+def annulus_resistance(inner_radius: float, outer_radius: float, resistivity: float) -> float:
+    """Constriction resistance, ohm, of an annular spot at one potential, to 0.1 % where inner < 0.9 * outer radius.
+
+    Source: Smythe 1951, The capacitance of a circular annulus, doi:10.1063/1.1700005.
+    """
+    ratio = inner_radius / outer_radius
+    main = np.arccos(ratio) + np.sqrt(1 - ratio**2) * np.arctanh(ratio)
+    correction = 1 + 0.0143 / ratio * np.tan(1.28 * ratio) ** 3
+    return float(np.pi * resistivity / (4 * outer_radius * main * correction))
