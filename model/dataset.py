@@ -19,10 +19,10 @@ from tqdm import tqdm
 
 from model.errors import DatasetError
 from model.instrument import LOG_LOAD_RANGE, as_measured, pixel_aspect
+from solver.midpoint import random_midpoint_displacement
 from solver.problem import BoolArray, Boundary, ContactProblem
 from solver.solution import Status
 from solver.solve import solve
-from solver.surfaces import random_midpoint_displacement
 
 CODES = 65535
 """Highest code of a 16-bit height map; code 0 is the lowest height, CODES the highest."""

@@ -97,7 +97,7 @@ def uniform_square_centre_displacement(side: float, pressure: float, effective_m
 def annulus_resistance(inner_radius: float, outer_radius: float, resistivity: float) -> float:
     """Constriction resistance, ohm, of an annular spot at one potential, to 0.1 % where inner < 0.9 * outer radius.
 
-    Source: Smythe 1951, The capacitance of a circular annulus, doi:10.1063/1.1700005.
+    Source: Smythe 1951, The capacitance of a circular annulus, J. Appl. Phys. 22, 1499.
     """
     ratio = inner_radius / outer_radius
     main = np.arccos(ratio) + np.sqrt(1 - ratio**2) * np.arctanh(ratio)

@@ -6,8 +6,8 @@ import pytest
 from solver import ContactProblem, InvalidProblemError, boyer_resistance, constriction_resistance, solve
 from solver.closed_forms import SQUARE_PUNCH_STIFFNESS, annulus_resistance
 from solver.errors import InvalidMaterialError, NotConvergedError
+from solver.midpoint import random_midpoint_displacement
 from solver.resistance import constriction_current
-from solver.surfaces import random_midpoint_displacement
 
 
 def written_as_it_reads(mask: np.ndarray, pixel_size: tuple[float, float], resistivity: float) -> float:

@@ -1,4 +1,4 @@
-"""Synthetic rough surfaces."""
+"""Random midpoint displacement: the paper's synthetic rough surfaces."""
 
 import numpy as np
 
