@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
+from solver.coarsening import coarsened
 from solver.problem import ContactProblem, FloatArray
 from solver.solve import solve
 
@@ -34,7 +35,7 @@ def features(problem: ContactProblem) -> Tensor:
         float32 tensor of shape (CHANNELS, rows, columns): the guessed gap clipped to +-GAP_CLIP, its asinh, the coarse
         pressure interpolated, and log10 F / (E* A0 * rms slope) as a constant.
     """
-    coarse = coarsened(problem)
+    coarse = coarsened(problem, COARSENING)
     solution = solve(coarse, tolerance=COARSE_TOLERANCE)
     flat = _refine(solution.gap + coarse.heights, problem.shape)
     slope = problem.rms_slope
@@ -43,22 +44,6 @@ def features(problem: ContactProblem) -> Tensor:
     load = np.log10(problem.nominal_pressure / (problem.effective_modulus * slope))
     channels = [gap.clamp(-GAP_CLIP, GAP_CLIP), gap.asinh(), pressure, torch.full_like(gap, load)]
     return torch.stack(channels).to(torch.float32)
-
-
-def coarsened(problem: ContactProblem) -> ContactProblem:
-    """The same problem on the means of COARSENING x COARSENING pixels; the last rows and columns are repeated to fill."""
-    rows, columns = problem.shape
-    padding = ((0, -rows % COARSENING), (0, -columns % COARSENING))
-    heights = np.pad(problem.heights, padding, mode="edge")
-    blocks = heights.reshape(heights.shape[0] // COARSENING, COARSENING, heights.shape[1] // COARSENING, COARSENING)
-    dy, dx = problem.pixel_size
-    return ContactProblem(
-        heights=blocks.mean(axis=(1, 3)),
-        pixel_size=(dy * COARSENING, dx * COARSENING),
-        load=problem.load,
-        effective_modulus=problem.effective_modulus,
-        boundary=problem.boundary,
-    )
 
 
 def _refine(field: FloatArray, shape: tuple[int, int]) -> FloatArray:

@@ -6,7 +6,7 @@ overlap join the working set before the gradient is formed; the trial step is pr
 the exact line search runs along the projected step, so that the energy falls in every iteration and the only convolution
 is that of the step. If the conjugate direction is not one of descent, the projected gradient, which always is, replaces it.
 
-Dimensionless: see :mod:`solver.solve`.
+Dimensionless: see :mod:`solver.solve`. Vectors hold one value a candidate pixel.
 
 Source: Polonsky & Keer 1999, doi:10.1016/S0043-1648(99)00113-1.
 """
@@ -16,99 +16,76 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.certificate import Certificate, certify
-from solver.convolution import Convolution
-from solver.preconditioner import Preconditioner
+from solver.candidates import Candidates
+from solver.certificate import certify
 from solver.problem import BoolArray, FloatArray
-from solver.solution import Status
 
 OnIteration = Callable[[int, float], None]
 
 PATIENCE = 250
-"""Iterations without a new lowest residual after which the displacement is evaluated afresh, and then the solve ended."""
+"""Iterations without a new lowest residual after which a descent ends."""
+
+FIRST_LENGTH = 1.5
+"""Length of the first step along the preconditioned gradient; the line search corrects it and what follows."""
 
 EXACT_STEP = 0.6
 """Line-search lengths from here to 1 are taken as 1, which lands on exact zeros and still lowers the energy."""
 
 
-@dataclass(frozen=True, eq=False)
-class Operators:
-    """The linear maps of one problem."""
-
-    convolve: Convolution
-    precondition: Preconditioner
-
-
 @dataclass
 class _Search:
-    """What the conjugate direction carries from step to step; no direction after a restart."""
+    """What the conjugate direction carries from step to step; no direction at the start."""
 
     direction: FloatArray | None = None
     gradient: FloatArray | None = None
     preconditioned_norm: float = 0.0
-    length: float = 0.0
+    length: float = FIRST_LENGTH
 
 
-def conjugate_gradients(
-    operators: Operators,
-    initial_gap: FloatArray,
-    load: float,
+def descend(
+    candidates: Candidates,
     pressure: FloatArray,
+    separation: FloatArray,
+    load: float,
     tolerance: float,
-    max_iterations: int,
+    iterations: range,
     on_iteration: OnIteration | None,
-) -> tuple[FloatArray, FloatArray, Certificate, int, Status]:
-    """Minimise the contact energy from an admissible pressure.
+) -> tuple[FloatArray, int]:
+    """Lower the contact energy over the pressures on the candidates.
 
     Args:
-        operators: displacement by pressure, and its preconditioner.
-        initial_gap: undeformed gap, shape (rows, columns).
+        candidates: the pixels that may carry pressure, and their operators.
+        pressure: an admissible start: p >= 0, summing to the load.
+        separation: displacement + initial gap under that pressure, kept up by recurrence.
         load: what the pressures sum to.
-        pressure: a start with p >= 0 and the right sum.
-        tolerance: for the residual of the certificate.
-        max_iterations: number of steps after which the best so far is returned.
+        tolerance: for the residual on the candidates.
+        iterations: numbers of the iterations that may be taken.
         on_iteration: called with (iteration, residual); what it raises ends the solve and propagates.
 
     Returns:
-        Pressure, displacement + initial gap, their fresh certificate, iterations taken, status.
+        The pressure where the residual, by recurrence, is within the tolerance, or no step lowers it any more; and the
+        number of the last iteration.
     """
-    separation = operators.convolve(pressure) + initial_gap
-    fresh = True
     search = _Search()
-    lowest, lowest_at, stalls = np.inf, 0, 0
-    iteration = 0
-    while True:
+    lowest, lowest_at = np.inf, iterations.start
+    for iteration in iterations:
         certificate = certify(pressure, separation, load)
         residual = certificate.residual
         if residual < lowest:
-            lowest, lowest_at, stalls = residual, iteration, 0
-        stalled = iteration - lowest_at >= PATIENCE
-        step = None
-        if residual > tolerance and not stalled and iteration < max_iterations:
-            step = _step(operators, pressure, separation, certificate.approach, load, search)
-        if step is not None:
-            iteration += 1
-            pressure, separation = step
-            fresh = False
-            if on_iteration is not None:
-                on_iteration(iteration, residual)
-        elif not fresh:
-            pressure = pressure * (load / pressure.sum())
-            separation = operators.convolve(pressure) + initial_gap
-            fresh = True
-            search = _Search()
-        elif residual <= tolerance:
-            return pressure, separation, certificate, iteration, Status.CONVERGED
-        elif iteration >= max_iterations:
-            return pressure, separation, certificate, iteration, Status.ITERATION_LIMIT
-        elif stalled and not stalls:
-            lowest_at, stalls = iteration, 1
-        else:
-            return pressure, separation, certificate, iteration, Status.STAGNATED
+            lowest, lowest_at = residual, iteration
+        if residual <= tolerance or iteration - lowest_at >= PATIENCE:
+            return pressure, iteration - 1
+        step = _step(candidates, pressure, separation, certificate.approach, load, search)
+        if step is None:
+            return pressure, iteration - 1
+        pressure, separation = step
+        if on_iteration is not None:
+            on_iteration(iteration, residual)
+    return pressure, iterations.stop - 1
 
 
 def _step(
-    operators: Operators,
+    candidates: Candidates,
     pressure: FloatArray,
     separation: FloatArray,
     approach: float,
@@ -118,13 +95,8 @@ def _step(
     """One step; None if rounding leaves no direction of descent."""
     working = (pressure > 0) | (separation < approach)
     gradient = np.where(working, separation - separation[working].mean(), 0.0)
-    weights = operators.precondition(working.astype(np.float64), working)
-    direction = _conjugate(operators.precondition, gradient, weights, working, search)
-    if search.length == 0:
-        curvature = float(np.vdot(direction, operators.convolve(direction)))
-        if curvature <= 0:
-            return None
-        search.length = float(np.vdot(gradient, direction)) / curvature
+    weights = candidates.precondition(working.astype(np.float64), working)
+    direction = _conjugate(candidates, gradient, weights, working, search)
     step, clipped = _projected_step(pressure, direction, search.length, load, weights)
     slope = float(np.vdot(step, gradient))
     if slope >= 0:
@@ -133,7 +105,7 @@ def _step(
         slope = float(np.vdot(step, gradient))
         if slope >= 0:
             return None
-    displaced = operators.convolve(step)
+    displaced = candidates.convolve(step)
     curvature = float(np.vdot(step, displaced))
     if curvature <= 0:
         return None
@@ -148,14 +120,14 @@ def _step(
 
 
 def _conjugate(
-    precondition: Preconditioner, gradient: FloatArray, weights: FloatArray, working: BoolArray, search: _Search
+    candidates: Candidates, gradient: FloatArray, weights: FloatArray, working: BoolArray, search: _Search
 ) -> FloatArray:
     """Preconditioned Polak-Ribiere direction on the working set that leaves the load as it is.
 
     What would change the load is taken out along the weights (the row sums of the preconditioner), which keeps the
     preconditioned gradient a direction of descent; a plain mean would not.
     """
-    descent = _load_free(precondition(gradient, working), weights)
+    descent = _load_free(candidates.precondition(gradient, working), weights)
     norm = float(np.vdot(descent, gradient))
     direction = descent
     if search.direction is not None and search.gradient is not None and search.preconditioned_norm > 0:

@@ -3,9 +3,9 @@
 import numpy as np
 from scipy import fft
 
+from solver.candidates import Candidates
 from solver.convolution import convolution
 from solver.errors import InvalidMaterialError, InvalidProblemError, NotConvergedError
-from solver.preconditioner import preconditioner
 from solver.problem import BoolArray, FloatArray
 
 SQUARE_SPOT = 0.868
@@ -93,21 +93,22 @@ def constriction_current(
     Raises:
         NotConvergedError: the tolerance is out of reach.
     """
-    convolve, precondition = convolution("free", mask.shape, pixel_size), preconditioner(pixel_size)
-    goal = tolerance * np.sqrt(np.count_nonzero(mask))
-    current = np.where(mask, 0.0 if initial_current is None else initial_current, 0.0)
-    deviation = np.where(mask, 1.0 - convolve(current), 0.0)
+    spots = Candidates(mask, pixel_size, convolution("free", mask.shape, pixel_size))
+    everywhere = np.ones(spots.indices.size, dtype=np.bool_)
+    goal = tolerance * np.sqrt(spots.indices.size)
+    current = spots.gather(np.zeros(mask.shape) if initial_current is None else initial_current)
+    deviation = 1.0 - spots.convolve(current)
     direction, norm = np.zeros_like(current), np.inf
     for _ in range(MOST_ITERATIONS):
         if np.linalg.norm(deviation) <= goal:
-            deviation = np.where(mask, 1.0 - convolve(current), 0.0)
+            deviation = 1.0 - spots.convolve(current)
             if np.linalg.norm(deviation) <= goal:
-                return current
+                return spots.scatter(current)
             norm = np.inf
-        descent = precondition(deviation, mask)
+        descent = spots.precondition(deviation, everywhere)
         previous, norm = norm, float(np.vdot(descent, deviation))
         direction = descent + (norm / previous) * direction
-        response = np.where(mask, convolve(direction), 0.0)
+        response = spots.convolve(direction)
         length = norm / float(np.vdot(direction, response))
         current = current + length * direction
         deviation = deviation - length * response

@@ -1,17 +1,30 @@
-"""Solve a contact problem: make it dimensionless, iterate, certify, return to SI units."""
+"""Solve a contact problem: make it dimensionless, start it from a coarser grid, iterate, certify, return to SI units."""
 
 from typing import Literal
 
 import numpy as np
 
-from solver.conjugate_gradients import OnIteration, Operators, conjugate_gradients
+from solver.candidates import Candidates
+from solver.certificate import Certificate, certify
+from solver.coarsening import coarsened, prolonged
+from solver.conjugate_gradients import OnIteration, descend
 from solver.convolution import convolution
 from solver.errors import InvalidProblemError
-from solver.preconditioner import preconditioner
 from solver.problem import ContactProblem, FloatArray
-from solver.solution import Solution
+from solver.solution import Solution, Status
 
 Method = Literal["fft"]
+
+COLD_START_SIDE = 64
+"""Pixels a side up to which the pressure starts uniform; larger maps start from the solution of one twice as coarse."""
+
+COARSE_TOLERANCE = 1e-2
+
+CANDIDATE_GAP = 0.03
+"""Pixels with gaps below this, in rms heights, may come into contact; a check of all pixels adds what was missed."""
+
+INNER_SHARE = 0.5
+"""Share of the tolerance to which the pressures on the candidates are brought before all pixels are checked."""
 
 
 def solve(
@@ -30,7 +43,7 @@ def solve(
         tolerance: for the residual of the certificate, dimensionless: complementarity and penetration relative to the
             rms height (to the mean displacement under the nominal pressure if the surface is flat), and load balance.
         initial_pressure: a start in Pa, shape (rows, columns); negative values are dropped and the load restored.
-            Without it the pressure starts uniform.
+            Without it the pressure starts from that of a coarser grid.
         on_iteration: called each iteration with (iteration, residual); what it raises ends the solve and propagates.
         max_iterations: after these the best so far is returned, with the status that says so.
 
@@ -46,22 +59,15 @@ def solve(
         raise InvalidProblemError(f"The tolerance is {tolerance:g}; it must be positive and finite.")
 
     # Units: length s = sqrt(dx dy), gap H = rms height, pressure E* H / s.
-    operators = Operators(
-        convolution(problem.boundary, problem.shape, problem.pixel_size), preconditioner(problem.pixel_size)
-    )
     length = float(np.sqrt(problem.pixel_area))
     height = problem.rms_height or problem.load / (problem.effective_modulus * np.sqrt(problem.nominal_area))
     pressure_unit = problem.effective_modulus * height / length
     load = problem.load / (problem.pixel_area * pressure_unit)
+    start = _start(problem) if initial_pressure is None else _checked_start(problem, initial_pressure)
+    start *= load / start.sum()
 
-    pressure, separation, certificate, iterations, status = conjugate_gradients(
-        operators,
-        problem.initial_gap / height,
-        load,
-        _admissible_start(problem, load, initial_pressure),
-        tolerance,
-        max_iterations,
-        on_iteration,
+    pressure, separation, certificate, iterations, status = _refine(
+        problem, problem.initial_gap / height, load, start, tolerance, max_iterations, on_iteration
     )
     return Solution(
         pressure=pressure * pressure_unit,
@@ -73,10 +79,66 @@ def solve(
     )
 
 
-def _admissible_start(problem: ContactProblem, load: float, initial_pressure: FloatArray | None) -> FloatArray:
-    """A dimensionless pressure that is non-negative and sums to the load."""
-    if initial_pressure is None:
-        return np.full(problem.shape, load / problem.heights.size)
+def _refine(
+    problem: ContactProblem,
+    initial_gap: FloatArray,
+    load: float,
+    pressure: FloatArray,
+    tolerance: float,
+    max_iterations: int,
+    on_iteration: OnIteration | None,
+) -> tuple[FloatArray, FloatArray, Certificate, int, Status]:
+    """Descend on the candidates in single precision, check all pixels in double precision, and so on until it holds.
+
+    A pass that neither adds candidates nor halves the residual gives way to descents on all pixels in double precision;
+    if those do not help either, rounding is in the way.
+
+    Returns:
+        Pressure, displacement + initial gap, their fresh certificate, iterations taken, status.
+    """
+    convolve = convolution(problem.boundary, problem.shape, problem.pixel_size)
+    precision: type[np.float32] | type[np.float64] = np.float32
+    mask = np.zeros(problem.shape, dtype=np.bool_)
+    iterations, lowest = 0, np.inf
+    while True:
+        separation = convolve(pressure) + initial_gap
+        certificate = certify(pressure, separation, load)
+        if certificate.residual <= tolerance:
+            return pressure, separation, certificate, iterations, Status.CONVERGED
+        if iterations >= max_iterations:
+            return pressure, separation, certificate, iterations, Status.ITERATION_LIMIT
+        grown = mask | (pressure > 0) | (separation - certificate.approach < CANDIDATE_GAP)
+        if certificate.residual > lowest / 2 and np.array_equal(grown, mask):
+            if precision is np.float64:
+                return pressure, separation, certificate, iterations, Status.STAGNATED
+            precision = np.float64
+            grown[:] = True
+        lowest, mask = min(lowest, certificate.residual), grown
+        candidates = Candidates(
+            mask, problem.pixel_size, convolution(problem.boundary, problem.shape, problem.pixel_size, precision)
+        )
+        values, iterations = descend(
+            candidates,
+            candidates.gather(pressure),
+            candidates.gather(separation),
+            load,
+            INNER_SHARE * tolerance,
+            range(iterations + 1, max_iterations + 1),
+            on_iteration,
+        )
+        pressure = candidates.scatter(values * (load / values.sum()))
+
+
+def _start(problem: ContactProblem) -> FloatArray:
+    """The pressure of the problem on pixels twice as large, loosely solved; uniform where the map is small."""
+    if max(problem.shape) <= COLD_START_SIDE or min(problem.shape) < COLD_START_SIDE // 2:
+        return np.ones(problem.shape)
+    coarse = solve(coarsened(problem, 2), tolerance=COARSE_TOLERANCE)
+    return prolonged(coarse.pressure, 2, problem.shape)
+
+
+def _checked_start(problem: ContactProblem, initial_pressure: FloatArray) -> FloatArray:
+    """An initial pressure that is nowhere negative and somewhere positive."""
     if initial_pressure.shape != problem.shape or not np.isfinite(initial_pressure).all():
         raise InvalidProblemError(
             f"The initial pressure has shape {initial_pressure.shape}; it must be finite and of shape {problem.shape}."
@@ -84,5 +146,4 @@ def _admissible_start(problem: ContactProblem, load: float, initial_pressure: Fl
     start = np.maximum(initial_pressure, 0.0)
     if start.sum() == 0:
         raise InvalidProblemError("The initial pressure is nowhere positive.")
-    start *= load / start.sum()
     return start

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import torch
 
-from model.features import CHANNELS, COARSENING, LOAD_CHANNEL, coarsened, features
+from model.features import CHANNELS, LOAD_CHANNEL, features
 from solver import ContactProblem, random_midpoint_displacement, solve
 
 HEIGHTS = random_midpoint_displacement(64, seed=3) * 50e-6
@@ -36,13 +36,6 @@ def test_features_turn_with_the_map(boundary: str) -> None:
     reference = features(problem(boundary=boundary, pixel_size=(PIXEL, 2 * PIXEL)))
     turned = features(problem(boundary=boundary, heights=HEIGHTS.T[::-1], pixel_size=(2 * PIXEL, PIXEL)))
     torch.testing.assert_close(turned.flip(1).transpose(1, 2), reference, rtol=1e-3, atol=2e-3)
-
-
-def test_coarse_heights_are_block_means() -> None:
-    coarse = coarsened(problem())
-    assert coarse.shape == (64 // COARSENING, 64 // COARSENING)
-    assert coarse.heights[1, 2] == pytest.approx(HEIGHTS[4:8, 8:12].mean())
-    assert coarse.nominal_pressure == pytest.approx(problem().nominal_pressure)
 
 
 def test_the_guessed_gap_tells_contact_from_separation() -> None:
