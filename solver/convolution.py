@@ -5,14 +5,16 @@ certificate the double one.
 """
 
 from functools import lru_cache
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import NDArray
 from scipy import fft
 
 from solver.influence import free_coefficients, periodic_spectrum
 from solver.problem import Boundary
+
+Precision = Literal["float32", "float64"]
 
 BLOCK = 32
 """Columns transformed at a time, few enough to stay in the cache."""
@@ -31,8 +33,8 @@ class Convolution(Protocol):
 class FreeConvolution:
     """Exact convolution on an isolated patch: zero padding to twice the size, transforms of zero rows left out."""
 
-    def __init__(self, shape: tuple[int, int], pixel_size: tuple[float, float], dtype: DTypeLike) -> None:
-        self.dtype = np.dtype(dtype)
+    def __init__(self, shape: tuple[int, int], pixel_size: tuple[float, float], precision: Precision) -> None:
+        self.dtype = np.dtype(precision)
         self.shape = shape
         self.padded = fft.next_fast_len(2 * shape[0] - 1), fft.next_fast_len(2 * shape[1] - 1, real=True)
         self.spectrum = self._spectrum(pixel_size)
@@ -62,10 +64,10 @@ class FreeConvolution:
 class PeriodicConvolution:
     """Exact convolution on a periodic surface; the mean displacement is zero."""
 
-    def __init__(self, shape: tuple[int, int], pixel_size: tuple[float, float], dtype: DTypeLike) -> None:
-        self.dtype = np.dtype(dtype)
+    def __init__(self, shape: tuple[int, int], pixel_size: tuple[float, float], precision: Precision) -> None:
+        self.dtype = np.dtype(precision)
         self.shape = shape
-        self.spectrum = periodic_spectrum(shape, pixel_size).astype(dtype)
+        self.spectrum = periodic_spectrum(shape, pixel_size).astype(precision)
 
     def __call__(self, pressure: NDArray[Any]) -> NDArray[Any]:
         transform = fft.rfft2(pressure)
@@ -76,8 +78,8 @@ class PeriodicConvolution:
 
 @lru_cache(maxsize=8)
 def convolution(
-    boundary: Boundary, shape: tuple[int, int], pixel_size: tuple[float, float], dtype: DTypeLike = np.float64
+    boundary: Boundary, shape: tuple[int, int], pixel_size: tuple[float, float], precision: Precision = "float64"
 ) -> Convolution:
     """The convolution for a boundary and grid; the few last used are kept."""
     kind = FreeConvolution if boundary == "free" else PeriodicConvolution
-    return kind(shape, pixel_size, dtype)
+    return kind(shape, pixel_size, precision)

@@ -8,7 +8,7 @@ from solver.candidates import Candidates
 from solver.certificate import Certificate, certify
 from solver.coarsening import coarsened, prolonged
 from solver.conjugate_gradients import OnIteration, descend
-from solver.convolution import convolution
+from solver.convolution import Precision, convolution
 from solver.errors import InvalidProblemError
 from solver.problem import ContactProblem, FloatArray
 from solver.solution import Solution, Status
@@ -97,7 +97,7 @@ def _refine(
         Pressure, displacement + initial gap, their fresh certificate, iterations taken, status.
     """
     convolve = convolution(problem.boundary, problem.shape, problem.pixel_size)
-    precision: type[np.float32] | type[np.float64] = np.float32
+    precision: Precision = "float32"
     mask = np.zeros(problem.shape, dtype=np.bool_)
     iterations, lowest = 0, np.inf
     while True:
@@ -109,9 +109,9 @@ def _refine(
             return pressure, separation, certificate, iterations, Status.ITERATION_LIMIT
         grown = mask | (pressure > 0) | (separation - certificate.approach < CANDIDATE_GAP)
         if certificate.residual > lowest / 2 and np.array_equal(grown, mask):
-            if precision is np.float64:
+            if precision == "float64":
                 return pressure, separation, certificate, iterations, Status.STAGNATED
-            precision = np.float64
+            precision = "float64"
             grown[:] = True
         lowest, mask = min(lowest, certificate.residual), grown
         candidates = Candidates(

@@ -2,15 +2,15 @@ import numpy as np
 import pytest
 
 from solver.candidates import Candidates, stencil
-from solver.convolution import convolution
+from solver.convolution import Precision, convolution
 
 ASPECTS = [1.0, 3.0, 1 / 3, 20.0, 1 / 20, 200.0]
 SHAPE = (12, 13)
 
 
-def some(aspect: float, share: float = 0.6, dtype: type = np.float64) -> tuple[np.ndarray, Candidates]:
+def some(aspect: float, share: float = 0.6, precision: Precision = "float64") -> tuple[np.ndarray, Candidates]:
     mask = np.random.default_rng(0).random(SHAPE) < share
-    return mask, Candidates(mask, (aspect, 1.0), convolution("free", SHAPE, (aspect, 1.0), dtype))
+    return mask, Candidates(mask, (aspect, 1.0), convolution("free", SHAPE, (aspect, 1.0), precision))
 
 
 def test_fields_are_gathered_and_scattered() -> None:
@@ -19,11 +19,11 @@ def test_fields_are_gathered_and_scattered() -> None:
     np.testing.assert_array_equal(candidates.scatter(candidates.gather(field)), np.where(mask, field, 0))
 
 
-@pytest.mark.parametrize(("dtype", "error"), [(np.float64, 1e-13), (np.float32, 1e-6)])
+@pytest.mark.parametrize(("precision", "error"), [("float64", 1e-13), ("float32", 1e-6)])
 @pytest.mark.parametrize("size", [1.0, 1e-40, 1e30])
-def test_displacements_are_those_of_the_whole_grid(dtype: type, error: float, size: float) -> None:
+def test_displacements_are_those_of_the_whole_grid(precision: Precision, error: float, size: float) -> None:
     """Also for pressures that single precision could not hold."""
-    _, candidates = some(3.0, dtype=dtype)
+    _, candidates = some(3.0, precision=precision)
     values = np.random.default_rng(2).standard_normal(candidates.indices.size)
     whole = convolution("free", SHAPE, (3.0, 1.0))(candidates.scatter(values))
     np.testing.assert_allclose(candidates.convolve(values * size) / size, candidates.gather(whole), rtol=error, atol=error)
