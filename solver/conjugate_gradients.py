@@ -110,12 +110,14 @@ def _step(
     if curvature <= 0:
         return None
     optimum = -slope / curvature
-    falling = step < 0
-    longest = float(np.min(pressure[falling] / -step[falling], initial=np.inf))
-    taken = 1.0 if EXACT_STEP <= optimum <= 1 else min(optimum, max(longest, 1.0))
-    search.length *= min(max(optimum, 0.25), 4.0)
+    if clipped and optimum >= EXACT_STEP:
+        taken = 1.0
+    else:
+        falling = step < 0
+        taken = min(optimum, float(np.min(pressure[falling] / -step[falling], initial=np.inf)))
     search.gradient = gradient
-    search.direction = -step if clipped else direction
+    search.direction = -step / search.length if clipped else direction
+    search.length *= min(max(optimum, 0.25), 4.0)
     return np.maximum(pressure + taken * step, 0.0), separation + taken * displaced
 
 
