@@ -8,6 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 from scipy import fft
+from scipy.sparse import csr_array
 
 from solver.convolution import Convolution
 from solver.influence import free_coefficients
@@ -44,18 +45,10 @@ class Candidates:
     """
 
     def __init__(self, mask: BoolArray, pixel_size: tuple[float, float], convolve: Convolution) -> None:
-        rows, columns = mask.shape
         self.indices = np.flatnonzero(mask)
-        self.stencil = stencil(pixel_size)
         self._convolve = convolve
         self._grid = np.zeros(mask.shape, dtype=convolve.dtype)
-        count = self.indices.size
-        numbers = np.full((rows + 2, columns + 2), count)
-        numbers[1:-1, 1:-1][mask] = np.arange(count)
-        self._neighbours = [
-            numbers[1 + down : rows + 1 + down, 1 + right : columns + 1 + right][mask]
-            for down, right in ((-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1))
-        ]
+        self._stencil = _stencil_matrix(mask, stencil(pixel_size))
 
     def gather(self, field: FloatArray) -> FloatArray:
         """The values of a field of shape (rows, columns) at the candidates."""
@@ -75,11 +68,32 @@ class Candidates:
         displacement: FloatArray = self._convolve(self._grid).ravel()[self.indices].astype(np.float64)
         return displacement * scale
 
-    def precondition(self, values: FloatArray, working: BoolArray) -> FloatArray:
-        """The stencil applied to values that are zero off the working set, and cut off there."""
-        centre, above, beside, corner = self.stencil
-        padded = np.append(values, 0.0)
-        up, down, left, right, *corners = (padded[neighbours] for neighbours in self._neighbours)
-        result: FloatArray = centre * values + above * (up + down) + beside * (left + right) + corner * sum(corners)
-        result[~working] = 0.0
+    def precondition(self, values: FloatArray, working: FloatArray) -> FloatArray:
+        """The stencil applied to values that are zero off the working set, and cut off there.
+
+        Args:
+            values: one value a candidate, or several in columns.
+            working: 1 on the working set, 0 off it.
+        """
+        result: FloatArray = self._stencil @ values
+        result *= working if values.ndim == 1 else working[:, np.newaxis]
         return result
+
+
+def _stencil_matrix(mask: BoolArray, coefficients: tuple[float, float, float, float]) -> csr_array:
+    """The stencil between the pixels of a mask as a sparse matrix, (pixels, pixels)."""
+    centre, above, beside, corner = coefficients
+    rows, columns = mask.shape
+    count = int(np.count_nonzero(mask))
+    numbers = np.full((rows + 2, columns + 2), -1, dtype=np.int32)
+    numbers[1:-1, 1:-1][mask] = np.arange(count, dtype=np.int32)
+    pixels, neighbours, weights = [], [], []
+    for down in (-1, 0, 1):
+        for right in (-1, 0, 1):
+            neighbour = numbers[1 + down : rows + 1 + down, 1 + right : columns + 1 + right][mask]
+            pixel = np.flatnonzero(neighbour >= 0).astype(np.int32)
+            weight = corner if down and right else above if down else beside if right else centre
+            pixels.append(pixel)
+            neighbours.append(neighbour[pixel])
+            weights.append(np.full(pixel.size, weight))
+    return csr_array((np.concatenate(weights), (np.concatenate(pixels), np.concatenate(neighbours))), shape=(count, count))

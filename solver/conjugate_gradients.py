@@ -18,7 +18,7 @@ import numpy as np
 
 from solver.candidates import Candidates
 from solver.certificate import certify
-from solver.problem import BoolArray, FloatArray
+from solver.problem import FloatArray
 
 OnIteration = Callable[[int, float], None]
 
@@ -93,15 +93,17 @@ def _step(
     search: _Search,
 ) -> tuple[FloatArray, FloatArray] | None:
     """One step; None if rounding leaves no direction of descent."""
-    working = (pressure > 0) | (separation < approach)
-    gradient = np.where(working, separation - separation[working].mean(), 0.0)
-    weights = candidates.precondition(working.astype(np.float64), working)
-    direction = _conjugate(candidates, gradient, weights, working, search)
+    working = ((pressure > 0) | (separation < approach)).astype(np.float64)
+    gradient = (separation - float(np.vdot(separation, working)) / float(working.sum())) * working
+    preconditioned = candidates.precondition(np.column_stack([gradient, working]), working)
+    weights = np.ascontiguousarray(preconditioned[:, 1])
+    descent = _load_free(preconditioned[:, 0], weights)
+    direction = _conjugate(descent, gradient, weights, working, search)
     step, clipped = _projected_step(pressure, direction, search.length, load, weights)
     slope = float(np.vdot(step, gradient))
     if slope >= 0:
         direction = gradient
-        step, clipped = _projected_step(pressure, direction, search.length, load, working.astype(np.float64))
+        step, clipped = _projected_step(pressure, direction, search.length, load, working)
         slope = float(np.vdot(step, gradient))
         if slope >= 0:
             return None
@@ -122,22 +124,20 @@ def _step(
 
 
 def _conjugate(
-    candidates: Candidates, gradient: FloatArray, weights: FloatArray, working: BoolArray, search: _Search
+    descent: FloatArray, gradient: FloatArray, weights: FloatArray, working: FloatArray, search: _Search
 ) -> FloatArray:
-    """Preconditioned Polak-Ribiere direction on the working set that leaves the load as it is.
+    """Polak-Ribiere direction on the working set that leaves the load as it is, from the preconditioned gradient.
 
     What would change the load is taken out along the weights (the row sums of the preconditioner), which keeps the
     preconditioned gradient a direction of descent; a plain mean would not.
     """
-    descent = _load_free(candidates.precondition(gradient, working), weights)
-    norm = float(np.vdot(descent, gradient))
     direction = descent
     if search.direction is not None and search.gradient is not None and search.preconditioned_norm > 0:
         factor = float(np.vdot(descent, gradient - search.gradient)) / search.preconditioned_norm
-        conjugate = descent + factor * _load_free(np.where(working, search.direction, 0.0), weights)
+        conjugate = descent + factor * _load_free(search.direction * working, weights)
         if factor > 0 and np.vdot(conjugate, gradient) > 0:
             direction = conjugate
-    search.preconditioned_norm = norm
+    search.preconditioned_norm = float(np.vdot(descent, gradient))
     return direction
 
 
@@ -158,10 +158,12 @@ def _projected_step(
     trial = pressure - length * direction
     if trial.min() >= 0:
         return -length * direction, False
-    positive = trial > 0
+    shifted, positive = trial, np.count_nonzero(trial > 0)
     while True:
-        shift = (float(trial[positive].sum()) - load) / float(weights[positive].sum())
-        remaining = positive & (trial > shift * weights)
-        if np.count_nonzero(remaining) == np.count_nonzero(positive):
-            return np.where(positive, trial - shift * weights, 0.0) - pressure, True
+        kept = (shifted > 0).astype(np.float64)
+        shift = (float(np.vdot(trial, kept)) - load) / float(np.vdot(weights, kept))
+        shifted = (trial - shift * weights) * kept
+        remaining = np.count_nonzero(shifted > 0)
+        if remaining == positive:
+            return shifted - pressure, True
         positive = remaining

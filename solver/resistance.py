@@ -94,7 +94,7 @@ def constriction_current(
         NotConvergedError: the tolerance is out of reach.
     """
     spots = Candidates(mask, pixel_size, convolution("free", mask.shape, pixel_size))
-    everywhere = np.ones(spots.indices.size, dtype=np.bool_)
+    everywhere = np.ones(spots.indices.size)
     goal = tolerance * np.sqrt(spots.indices.size)
     current = spots.gather(np.zeros(mask.shape) if initial_current is None else initial_current)
     deviation = 1.0 - spots.convolve(current)

@@ -34,7 +34,7 @@ def test_the_preconditioner_is_symmetric_and_positive_definite_on_any_working_se
     _, candidates = some(aspect)
     count = candidates.indices.size
     working = np.random.default_rng(3).random(count) < 0.7
-    columns = np.stack([candidates.precondition(unit, working)[working] for unit in np.eye(count)[working]])
+    columns = np.stack([candidates.precondition(unit, working.astype(float))[working] for unit in np.eye(count)[working]])
     np.testing.assert_allclose(columns, columns.T, atol=1e-14)
     assert np.linalg.eigvalsh(columns).min() > 0
 
@@ -43,7 +43,7 @@ def test_the_preconditioner_is_symmetric_and_positive_definite_on_any_working_se
 def test_the_preconditioner_nearly_inverts_the_displacement(aspect: float) -> None:
     """The spectrum of preconditioner times operator on the whole grid spans less than a fifth of the operator's own."""
     _, candidates = some(aspect, share=1.1)
-    everywhere = np.ones(candidates.indices.size, dtype=bool)
+    everywhere = np.ones(candidates.indices.size)
     operator = np.stack([candidates.convolve(unit) for unit in np.eye(everywhere.size)])
     product = np.stack([candidates.precondition(column, everywhere) for column in operator])
     plain, preconditioned = (np.sort(np.linalg.eigvals(matrix).real) for matrix in (operator, product))
