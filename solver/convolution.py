@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from solver.influence import free_coefficients, periodic_spectrum
-from solver.problem import Boundary
+from solver.problem import Boundary, FloatArray
 
 Precision = Literal["float32", "float64"]
 
@@ -30,24 +30,31 @@ class Convolution(Protocol):
         ...
 
 
+def _padded(shape: tuple[int, int]) -> tuple[int, int]:
+    """A size, good for the FFT, at which a free patch does not reach itself around the corner."""
+    return fft.next_fast_len(2 * shape[0] - 1), fft.next_fast_len(2 * shape[1] - 1, real=True)
+
+
+@lru_cache(maxsize=2)
+def _free_spectrum(shape: tuple[int, int], pixel_size: tuple[float, float]) -> FloatArray:
+    """Real FFT of the influence coefficients, shape (padded rows, padded columns // 2 + 1); real, for they are even."""
+    rows, columns = shape
+    coefficients = free_coefficients(shape, pixel_size)
+    kernel = np.zeros(_padded(shape))
+    kernel[:rows, :columns] = coefficients
+    kernel[:rows, -columns + 1 :] = coefficients[:, :0:-1]
+    kernel[-rows + 1 :, :] = kernel[rows - 1 : 0 : -1, :]
+    return np.ascontiguousarray(fft.rfft2(kernel, overwrite_x=True).real)
+
+
 class FreeConvolution:
     """Exact convolution on an isolated patch: zero padding to twice the size, transforms of zero rows left out."""
 
     def __init__(self, shape: tuple[int, int], pixel_size: tuple[float, float], precision: Precision) -> None:
         self.dtype = np.dtype(precision)
         self.shape = shape
-        self.padded = fft.next_fast_len(2 * shape[0] - 1), fft.next_fast_len(2 * shape[1] - 1, real=True)
-        self.spectrum = self._spectrum(pixel_size)
-
-    def _spectrum(self, pixel_size: tuple[float, float]) -> NDArray[Any]:
-        """The kernel is even in both directions, so its spectrum is real: shape (padded rows, padded columns // 2 + 1)."""
-        rows, columns = self.shape
-        coefficients = free_coefficients(self.shape, pixel_size)
-        kernel = np.zeros(self.padded)
-        kernel[:rows, :columns] = coefficients
-        kernel[:rows, -columns + 1 :] = coefficients[:, :0:-1]
-        kernel[-rows + 1 :, :] = kernel[rows - 1 : 0 : -1, :]
-        return np.ascontiguousarray(fft.rfft2(kernel, overwrite_x=True).real, dtype=self.dtype)
+        self.padded = _padded(shape)
+        self.spectrum = _free_spectrum(shape, pixel_size).astype(precision, copy=False)
 
     def __call__(self, pressure: NDArray[Any]) -> NDArray[Any]:
         rows, columns = self.shape
