@@ -33,7 +33,7 @@ def test_a_job_that_runs_is_canceled_and_its_worker_goes_on(
     queue: VerificationQueue, settings: Settings, wait_for: Wait
 ) -> None:
     with worker(settings):
-        long = queue.enqueue(rough(1024, load=500.0), np.ones((1024, 1024), dtype=bool), None)
+        long = queue.enqueue(rough(1024, load=2000.0), np.ones((1024, 1024), dtype=bool), None)
         assert wait_for(long, started).progress["residual"] > 0  # type: ignore[index]
         assert queue.cancel(long).status == "canceled"
         short = queue.enqueue(rough(32), np.ones((32, 32), dtype=bool), None)
@@ -58,7 +58,7 @@ def test_asking_for_a_job_whose_worker_is_lost_puts_it_back_into_the_queue(
     queue: VerificationQueue, settings: Settings, connection: Redis, wait_for: Wait
 ) -> None:
     with worker(settings):
-        job_id = queue.enqueue(rough(1024, load=500.0), np.ones((1024, 1024), dtype=bool), None)
+        job_id = queue.enqueue(rough(1024, load=2000.0), np.ones((1024, 1024), dtype=bool), None)
         wait_for(job_id, started)
     (execution,) = connection.zrange(queue.queue.started_job_registry.key, 0, -1)
     connection.zadd(queue.queue.started_job_registry.key, {execution: 1})  # its last heartbeat has expired
@@ -71,7 +71,7 @@ def test_a_job_that_takes_too_long_fails_at_once_and_says_so(
 ) -> None:
     hasty = VerificationQueue(connection, settings.model_copy(update={"job_timeout_s": 1}))
     with worker(settings):
-        state = wait_for(hasty.enqueue(rough(1024, load=500.0), np.ones((1024, 1024), dtype=bool), None), ended)
+        state = wait_for(hasty.enqueue(rough(1024, load=2000.0), np.ones((1024, 1024), dtype=bool), None), ended)
         (runner,) = Worker.all(connection)
         assert runner.failed_job_count == 1
     assert state.status == "failed"

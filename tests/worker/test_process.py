@@ -26,7 +26,7 @@ def test_a_worker_never_loads_torch() -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux kills children with their parent")
 def test_a_solve_dies_with_its_worker(queue: VerificationQueue, settings: Settings, wait_for: Wait) -> None:
     with worker(settings) as process:
-        wait_for(queue.enqueue(rough(1024, load=500.0), np.ones((1024, 1024), dtype=bool), None), started)
+        wait_for(queue.enqueue(rough(1024, load=2000.0), np.ones((1024, 1024), dtype=bool), None), started)
         (horse,) = children(process.pid)
     deadline = time.monotonic() + 10
     while runs(horse):
@@ -37,9 +37,9 @@ def test_a_solve_dies_with_its_worker(queue: VerificationQueue, settings: Settin
 def test_a_job_whose_worker_is_killed_is_finished_by_the_next(
     queue: VerificationQueue, settings: Settings, connection: Redis, wait_for: Wait
 ) -> None:
-    problem = rough(512, load=200.0)
+    problem = rough(1024, load=500.0)
     with worker(settings):
-        job_id = queue.enqueue(problem, np.ones((512, 512), dtype=bool), None)
+        job_id = queue.enqueue(problem, np.ones((1024, 1024), dtype=bool), None)
         wait_for(job_id, started)
     with worker(settings):
         deadline = time.monotonic() + 120
@@ -57,7 +57,7 @@ def test_a_job_whose_solve_is_killed_is_taken_up_again_and_in_the_end_fails(
     queue: VerificationQueue, settings: Settings, wait_for: Wait
 ) -> None:
     with worker(settings) as process:
-        job_id = queue.enqueue(rough(1024, load=500.0), np.ones((1024, 1024), dtype=bool), None)
+        job_id = queue.enqueue(rough(1024, load=2000.0), np.ones((1024, 1024), dtype=bool), None)
         deadline = time.monotonic() + 120
         while not ended(queue.state(job_id)) and time.monotonic() < deadline:
             for child in children(process.pid):

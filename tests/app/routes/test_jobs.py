@@ -44,7 +44,7 @@ def test_verification_is_the_default(predict: Predict) -> None:
 
 
 def test_a_running_verification_can_be_canceled(predict: Predict, finish: Finish, client: httpx.Client) -> None:
-    url = predict(surface_png(512), pixel_size_um="2", verify="true").json()["verification"]["url"]
+    url = predict(surface_png(1024), pixel_size_um="1", verify="true").json()["verification"]["url"]
     assert client.delete(url).status_code == 200
     job = finish(url)
     assert job["status"] == "canceled"
