@@ -29,7 +29,8 @@ def features(problem: ContactProblem) -> Tensor:
     """Input of the network.
 
     The displacement of the coarse solution is smooth, so it is interpolated to the fine grid, where the fine heights turn
-    it into a first guess of the gap. Needs at least ``SMALLEST_SIDE`` pixels a side and heights that are not constant.
+    it into a first guess of the gap; the network corrects it, so the coarse solve need not have converged. Needs at least
+    ``SMALLEST_SIDE`` pixels a side and heights that are not constant.
 
     Returns:
         float32 tensor of shape (CHANNELS, rows, columns): the guessed gap clipped to +-GAP_CLIP, its asinh, the coarse

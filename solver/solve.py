@@ -130,7 +130,10 @@ def _refine(
 
 
 def _start(problem: ContactProblem) -> FloatArray:
-    """The pressure of the problem on pixels twice as large, loosely solved; uniform where the map is small."""
+    """The pressure of the problem on pixels twice as large, loosely solved; uniform where the map is small.
+
+    How the coarse solve ended does not matter: any pressure is a start.
+    """
     if max(problem.shape) <= COLD_START_SIDE or min(problem.shape) < COLD_START_SIDE // 2:
         return np.ones(problem.shape)
     coarse = solve(coarsened(problem, 2), tolerance=COARSE_TOLERANCE)

@@ -2,6 +2,9 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+import tamaas
+from ContactMechanics import FreeFFTElasticHalfSpace
+from ContactMechanics.Optimization import constrained_conjugate_gradients
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -83,12 +86,8 @@ def test_flat_square_punch() -> None:
 @pytest.mark.parametrize(("seed", "load"), [(11, 10.0), (12, 30.0), (13, 200.0)])
 def test_masks_equal_those_of_other_packages(size: int, seed: int, load: float) -> None:
     """Not one pixel differs from ContactMechanics (free) or Tamaas (periodic) at a tolerance of 1e-8."""
-    contact_mechanics = pytest.importorskip("ContactMechanics")
-    from ContactMechanics.Optimization import constrained_conjugate_gradients
-
-    tamaas = pytest.importorskip("tamaas")
     free = rough(size, seed, load)
-    substrate = contact_mechanics.FreeFFTElasticHalfSpace((size, size), PAPER_MODULUS, (1e-3, 1e-3))
+    substrate = FreeFFTElasticHalfSpace((size, size), PAPER_MODULUS, (1e-3, 1e-3))
     theirs = constrained_conjugate_gradients(
         substrate,
         np.array(free.heights),
