@@ -123,11 +123,12 @@ def model_card(surrogate: Surrogate, rows: list[Row]) -> str:
     manifest = surrogate.weights.manifest
     training = manifest["training"]
     builds = "\n".join(f"    {_build_command(name, data)}" for name, data in manifest["datasets"].items())
+    ends = [stage["first_epoch"] - 1 for stage in manifest["stages"][1:]] + [manifest["epochs"]]
     stages = "\n".join(
         f"    asperity train RUN {' '.join(f'--data {name}' for name in stage['data'])} --width {training['width']} "
         f"--alpha {training['alpha']:g} --batch {training['batch']} --learning-rate {training['learning_rate']:g} "
-        f"--seed {training['seed']}  # from epoch {stage['first_epoch']}"
-        for stage in manifest["stages"]
+        f"--seed {training['seed']} --epochs {end}"
+        for stage, end in zip(manifest["stages"], ends, strict=True)
     )
     return f"""# Model card: {surrogate.version}
 

@@ -40,7 +40,8 @@ class Prediction:
         probability: of contact, float32, same shape.
         method: ``surrogate``, or ``fft`` where the map is too small or too flat for it and the solver answered.
         expected_error: zero where the solver answered.
-        in_distribution: whether the dimensionless load lies within what was trained.
+        in_distribution: whether the dimensionless load lies within what was trained; nothing else is looked at, and outside
+            it the expected error may be far too small.
         timings_ms: by stage: ``features`` and ``network``, or ``solve``.
     """
 
@@ -98,7 +99,7 @@ class Surrogate:
         """Expected errors are proportional to the doubt; training measured the factors on its held-out surfaces."""
         factors = self.weights.manifest["calibration"]
         return ExpectedError(
-            dice=factors["dice"] * doubted,
+            dice=min(factors["dice"] * doubted, 1.0),
             contact_area=factors["contact_area"] * doubted,
             contact_resistance=factors["contact_resistance"] * doubted,
         )

@@ -161,6 +161,8 @@ def _projected_step(
     shifted, positive = trial, np.count_nonzero(trial > 0)
     while True:
         kept = (shifted > 0).astype(np.float64)
+        if not kept.any():  # rounding: the load is too small beside what the pixels lose
+            return np.where(np.arange(trial.size) == trial.argmax(), load, 0.0) - pressure, True
         shift = (float(np.vdot(trial, kept)) - load) / float(np.vdot(weights, kept))
         shifted = (trial - shift * weights) * kept
         remaining = np.count_nonzero(shifted > 0)

@@ -21,6 +21,7 @@ BoolArray = NDArray[np.bool_]
 
 SMALLEST_SIDE = 4
 LARGEST_SIDE = 4096
+MOST_ASPECT = 1000.0
 
 
 def effective_modulus(
@@ -71,6 +72,8 @@ class ContactProblem:
         heights.setflags(write=False)
         object.__setattr__(self, "heights", heights)
         object.__setattr__(self, "pixel_size", _checked_pixel_size(self.pixel_size))
+        if not np.isfinite(self.rms_height):
+            raise InvalidHeightsError("The heights are too large for their rms to be a number; give them in metres.")
         if not (np.isfinite(self.load) and self.load > 0):
             raise InvalidLoadError(f"The load is {self.load:g} N; it must be a positive, finite force.")
         if not (np.isfinite(self.effective_modulus) and self.effective_modulus > 0):
@@ -147,4 +150,9 @@ def _checked_pixel_size(pixel_size: Any) -> tuple[float, float]:
     dy, dx = float(pixel_size[0]), float(pixel_size[1])
     if not (np.isfinite(dy) and np.isfinite(dx) and dy > 0 and dx > 0):
         raise InvalidPixelSizeError(f"The pixel size is ({dy:g}, {dx:g}) m; both must be positive and finite.")
+    if not (MOST_ASPECT >= dy / dx >= 1 / MOST_ASPECT and 0 < dy * dx < np.inf):
+        raise InvalidPixelSizeError(
+            f"The pixel size is ({dy:g}, {dx:g}) m; its sides may differ by a factor of {MOST_ASPECT:g} at most, and its "
+            "area must be a positive number."
+        )
     return dy, dx

@@ -10,7 +10,7 @@ class Status(Enum):
     """How a solve ended; the value is the message for people."""
 
     CONVERGED = "Converged: a fresh check of the contact conditions is within the tolerance."
-    ITERATION_LIMIT = "Stopped at the iteration limit: the pressure is the best found, not within the tolerance."
+    ITERATION_LIMIT = "Stopped at the iteration limit: the pressure is the last one, not within the tolerance."
     STAGNATED = "Stagnated: rounding errors keep the contact conditions from the tolerance."
 
 

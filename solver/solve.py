@@ -45,7 +45,7 @@ def solve(
         initial_pressure: a start in Pa, shape (rows, columns); negative values are dropped and the load restored.
             Without it the pressure starts from that of a coarser grid.
         on_iteration: called each iteration with (iteration, residual); what it raises ends the solve and propagates.
-        max_iterations: after these the best so far is returned, with the status that says so.
+        max_iterations: after these the last pressure is returned, with the status that says so.
 
     Returns:
         The solution. Its status, decided by a certificate from a fresh convolution, says whether it converged.

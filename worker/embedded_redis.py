@@ -26,7 +26,7 @@ STOP_TIMEOUT_S = 10.0
 
 def socket_path(state: Path) -> Path:
     """Where the embedded server of a state directory listens."""
-    return state / "redis.sock"
+    return state / "redis" / "redis.sock"
 
 
 class EmbeddedRedis:
@@ -52,8 +52,8 @@ class EmbeddedRedis:
         data = self.state / "redis"
         try:
             data.mkdir(mode=0o700, parents=True, exist_ok=True)
-            self.state.chmod(0o700)
-            self._lock = (self.state / "redis.lock").open("w", encoding="utf-8")
+            data.chmod(0o700)
+            self._lock = (data / "redis.lock").open("w", encoding="utf-8")
         except OSError as error:
             raise QueueUnavailableError(f"{error}; set ASPERITY_STATE_DIR to a directory of yours.") from error
         try:
@@ -69,7 +69,7 @@ class EmbeddedRedis:
             "unixsocket": str(self.socket),
             "unixsocketperm": "600",
             "dir": str(data),
-            "logfile": str(self.state / "redis.log"),
+            "logfile": str(data / "redis.log"),
             "appendonly": "yes",
             "save": "",
             "maxmemory-policy": "noeviction",
@@ -108,7 +108,7 @@ class EmbeddedRedis:
                 client.close()
                 return
         self.__exit__(None, None, None)
-        raise QueueUnavailableError(f"The embedded Redis did not start; see {self.state / 'redis.log'}.")
+        raise QueueUnavailableError(f"The embedded Redis did not start; see {self.socket.with_name('redis.log')}.")
 
 
 def _server_program() -> str:

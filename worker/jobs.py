@@ -96,6 +96,8 @@ class VerificationQueue:
         result = job.return_value() if status == "finished" else None
         if result is None and (status == "finished" or JobKeys(self.connection, job_id).cancel_requested()):
             status = "canceled"
+        if status == "failed":
+            JobKeys(self.connection, job_id).drop_parcel()
         return JobState(
             id=job_id,
             status=status,

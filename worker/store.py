@@ -3,6 +3,7 @@
 import re
 import shutil
 import time
+from contextlib import suppress
 from pathlib import Path
 from uuid import uuid4
 
@@ -68,5 +69,6 @@ class ResultStore:
             return
         self._pruned_at = now
         for directory in self.root.iterdir():
-            if directory.stat().st_mtime < now - self.retention_s:
-                shutil.rmtree(directory, ignore_errors=True)
+            with suppress(FileNotFoundError):  # another request has just renamed or removed it
+                if directory.stat().st_mtime < now - self.retention_s:
+                    shutil.rmtree(directory, ignore_errors=True)

@@ -21,6 +21,7 @@ def spike(surface: np.ndarray) -> np.ndarray:
 
 CASES: dict[str, dict[str, object]] = {
     "one pixel in contact": {"load": 1e-9},
+    "a load lost in rounding": {"load": 1e-18},
     "seven pixels in contact": {"load": 0.5},
     "nearly full contact": {"load": 2.5e3},
     "full contact": {"load": 1e5},

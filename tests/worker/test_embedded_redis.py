@@ -32,7 +32,7 @@ def test_it_is_private_and_keeps_its_data(state: Path) -> None:
         connection.set("surface", "rough")
         assert connection.config_get("port")["port"] == "0"
         assert server.socket.stat().st_mode & 0o777 == 0o600
-        assert state.stat().st_mode & 0o777 == 0o700
+        assert server.socket.parent.stat().st_mode & 0o777 == 0o700
     with pytest.raises(RedisConnectionError):
         client(state).ping()
     with EmbeddedRedis(state):
