@@ -1,6 +1,6 @@
 // Follow a verification job until it ends.
 
-import { cancel, job as fetchJob } from "./api.js";
+import { cancel, job as fetchJob, Problem } from "./api.js";
 import { showComparison } from "./answer.js";
 import { number } from "./format.js";
 
@@ -12,7 +12,18 @@ const WORDS = { queued: "waiting", started: "solving", finished: "finished", fai
 const at = (id) => document.getElementById(id);
 let followed = null;
 
-at("cancel").addEventListener("click", () => followed && cancel(followed));
+at("cancel").addEventListener("click", () => followed && withoutFailing(cancel(followed)));
+
+/** The answer, or null with the problem shown: what fails now is asked again at the next turn. */
+async function withoutFailing(answer) {
+  try {
+    return await answer;
+  } catch (error) {
+    if (!(error instanceof Problem)) throw error;
+    at("progress-text").textContent = error.message;
+    return null;
+  }
+}
 
 /** Show the job at `url` as it goes; resolves with the finished job, or null if it ended otherwise. */
 export async function follow(url) {
@@ -22,15 +33,17 @@ export async function follow(url) {
   at("verification").hidden = false;
   let first = null;
   while (followed === url) {
-    const job = await fetchJob(url);
+    const job = await withoutFailing(fetchJob(url));
     if (followed !== url) return null;
-    first ??= job.progress?.residual;
-    showProgress(job, first);
-    if (job.status === "finished") {
-      showComparison(job);
-      return job;
+    if (job) {
+      first ??= job.progress?.residual;
+      showProgress(job, first);
+      if (job.status === "finished") {
+        showComparison(job);
+        return job;
+      }
+      if (ENDED.includes(job.status)) return null;
     }
-    if (ENDED.includes(job.status)) return null;
     await new Promise((resolve) => setTimeout(resolve, POLL_MS));
   }
   return null;
