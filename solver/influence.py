@@ -9,7 +9,9 @@ import numpy as np
 from solver.problem import FloatArray
 
 
-def free_coefficients(shape: tuple[int, int], pixel_size: tuple[float, float]) -> FloatArray:
+def free_coefficients(
+    shape: tuple[int, int], pixel_size: tuple[float, float], stride: tuple[int, int] = (1, 1)
+) -> FloatArray:
     """Love's influence coefficients of an isolated half-space for all non-negative pixel distances (paper Eqs. 5, 7).
 
     The logarithms of Love's formula are written with log1p of differences formed without cancellation, so that the far
@@ -18,17 +20,18 @@ def free_coefficients(shape: tuple[int, int], pixel_size: tuple[float, float]) -
     Args:
         shape: (rows, columns) of the grid.
         pixel_size: (dy, dx) in any unit; only the aspect matters.
+        stride: (rows, columns) from one distance to the next.
 
     Returns:
-        K of shape (rows, columns): K[i, j] is the displacement i rows and j columns away from a pixel under unit
-        pressure, in units of s / E*.
+        K of shape (rows, columns): K[i, j] is the displacement i strides of rows and j of columns away from a pixel under
+        unit pressure, in units of s / E*.
 
     Source: Love 1929, doi:10.1098/rsta.1929.0009; Johnson, Contact Mechanics, Eq. 3.25.
     """
     dy, dx = pixel_size
     height, width = np.sqrt(dy / dx), np.sqrt(dx / dy)
-    y = (np.arange(shape[0]) * height)[:, np.newaxis]
-    x = (np.arange(shape[1]) * width)[np.newaxis, :]
+    y = (np.arange(shape[0]) * stride[0] * height)[:, np.newaxis]
+    x = (np.arange(shape[1]) * stride[1] * width)[np.newaxis, :]
     a, b = width / 2, height / 2
     coefficients: FloatArray = (_edge(x + a, y, b) - _edge(x - a, y, b) + _edge(y + b, x, a) - _edge(y - b, x, a)) / np.pi
     return coefficients

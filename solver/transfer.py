@@ -1,0 +1,139 @@
+"""Transfer between a grid and one with pixels twice as large, for multilevel multi-summation.
+
+Fields are interpolated by centred B-splines on the centres of the coarse pixels, and restricted by the transpose. Splines do
+not reproduce polynomials as Lagrange's do, but leave errors a hundred times smaller once the coarse kernel is corrected for
+their smoothing; that correction costs nothing later, since the kernel is tabulated.
+
+Offsets count pixels of their own grid; tables hold the offsets from zero on, for all kernels are even.
+"""
+
+from functools import cache
+from math import comb, factorial
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from solver.problem import FloatArray
+
+CORRECTION_TERMS = 4
+"""Terms, in powers of the second difference, by which the smoothing of the splines is taken back far from the origin."""
+
+FITTED = 10
+"""Coarse offsets a side below which the kernel is fitted, because the correction there meets the singularity."""
+
+FIT_REACH = 24
+"""Fine offsets up to which the fit looks."""
+
+SMOOTHING = (1 / 24, 1 / 2880, 1 / 181440, 1 / 9676800)
+"""-ln(sin(w/2) / (w/2)) in powers of w^2."""
+
+
+@cache
+def spline_weights(order: int, tile: int) -> FloatArray:
+    """Weights of the coarse pixels for the fine pixels of a tile, shape (tile, 3 tile / 2).
+
+    The coarse pixels are those under the tile and half a tile's worth on either side.
+    """
+    spline = BSpline.basis_element(np.arange(order + 1) - order / 2, extrapolate=False)
+    fine = (np.arange(tile) + 0.5) / 2
+    coarse = np.arange(-tile // 2, tile) + 0.5
+    weights: FloatArray = np.nan_to_num(spline(fine[:, np.newaxis] - coarse[np.newaxis, :]))
+    return weights
+
+
+@cache
+def _correction(order: int, coarsenings: int) -> FloatArray:
+    """Taps of the even filter that takes back the smoothing of all transfers down to a coarse grid, both ways.
+
+    Each coarsening smooths twice by the B-spline's sinc(w/2)^order, w per pixel of its coarse grid. The inverse of the
+    product is expanded in y = 4 sin(w/2)^2, the symbol of the negative second difference.
+    """
+    terms = CORRECTION_TERMS
+    frequency = np.array([0.0] + [2 * factorial(k) ** 2 / (k * k * factorial(2 * k)) for k in range(1, terms + 1)])
+    exponent, power = np.zeros(terms + 1), np.array([1.0])
+    for k, coefficient in enumerate(SMOOTHING, start=1):
+        power = np.convolve(power, frequency)[: terms + 1]
+        exponent += 2 * order * coefficient * sum(0.25 ** (k * level) for level in range(coarsenings)) * power
+    series, term = np.eye(1, terms + 1)[0], np.eye(1, terms + 1)[0]
+    for k in range(1, terms + 1):
+        term = np.convolve(term, exponent)[: terms + 1] / k
+        series = series + term
+    taps = np.zeros(2 * terms + 1)
+    for k, coefficient in enumerate(series):
+        difference = [(-1.0) ** (k - i) * comb(2 * k, i) for i in range(2 * k + 1)]
+        taps[terms - k : terms + k + 1] += coefficient * np.array(difference)
+    return taps
+
+
+def corrected(samples: FloatArray, order: int, coarsenings: tuple[int, int]) -> FloatArray:
+    """Samples of a smooth kernel on a coarse grid with the smoothing of the splines taken back.
+
+    Args:
+        samples: kernel at the coarse offsets, shape (rows + CORRECTION_TERMS, columns + CORRECTION_TERMS).
+        order: of the B-splines.
+        coarsenings: times that the (rows, columns) have been coarsened.
+
+    Returns:
+        Shape (rows, columns); good where the kernel is smooth, that is away from the origin.
+    """
+    for axis in (0, 1):
+        along = np.moveaxis(samples, axis, 0)
+        kept = along.shape[0] - CORRECTION_TERMS
+        if coarsenings[axis]:
+            taps = _correction(order, coarsenings[axis])
+            mirrored = np.concatenate([along[CORRECTION_TERMS:0:-1], along])
+            along = sum(tap * mirrored[k : k + kept] for k, tap in enumerate(taps))
+        samples = np.moveaxis(along[:kept], 0, axis)
+    return samples
+
+
+@cache
+def _pair_weights(order: int, factor: int) -> tuple[FloatArray, FloatArray]:
+    """Weights of the coarse offsets for pairs of fine pixels in one direction.
+
+    Returns:
+        Matrix (pairs, coarse offsets) and the fine offset of each pair, up to FIT_REACH. With factor 2 a pair is an offset
+        and which half of a coarse pixel the first lies in.
+    """
+    if factor == 1:
+        return np.eye(FIT_REACH + 1), np.arange(FIT_REACH + 1.0)
+    nodes = np.arange(-order, FIT_REACH)
+    spline = BSpline.basis_element(np.arange(order + 1) - order / 2, extrapolate=False)
+    rows, offsets = [], []
+    for first in (0, 1):
+        source = np.nan_to_num(spline((first + 0.5) / 2 - nodes - 0.5))
+        for offset in range(FIT_REACH + 1):
+            target = np.nan_to_num(spline((first + offset + 0.5) / 2 - nodes - 0.5))
+            pairs = np.zeros(FIT_REACH + 1)
+            distance = np.abs(nodes[:, np.newaxis] - nodes[np.newaxis, :])
+            inside = distance <= FIT_REACH
+            np.add.at(pairs, distance[inside], np.outer(source, target)[inside])
+            rows.append(pairs)
+            offsets.append(float(offset))
+    return np.array(rows), np.array(offsets)
+
+
+def fitted(coarse: FloatArray, fine: FloatArray, order: int, factors: tuple[int, int], tile: int) -> FloatArray:
+    """The coarse kernel with its values near the origin chosen so that it, interpolated both ways, meets the fine kernel.
+
+    They are the least squares fit over the pairs of pixels whose tiles do not touch; those of touching tiles are summed
+    exactly, whatever the coarse kernel.
+
+    Args:
+        coarse: kernel at the coarse offsets, good away from the origin.
+        fine: kernel at the fine offsets.
+        order: of the B-splines.
+        factors: 2 in the directions that are coarsened, 1 in the other.
+        tile: pixels a side of a tile.
+    """
+    (along_y, dy), (along_x, dx) = (_pair_weights(order, factor) for factor in factors)
+    size_y, size_x = along_y.shape[1], along_x.shape[1]
+    sampled = fine[np.ix_(dy.astype(int), dx.astype(int))]
+    error = sampled - along_y @ coarse[:size_y, :size_x] @ along_x.T
+    apart = 1 - np.outer(1 - np.clip(dy / tile - 1, 0, 1), 1 - np.clip(dx / tile - 1, 0, 1))
+    matrix = np.einsum("ai,bj->abij", along_y[:, :FITTED], along_x[:, :FITTED])[apart > 0]
+    weights = np.sqrt(apart[apart > 0])
+    change, *_ = np.linalg.lstsq(matrix.reshape(weights.size, -1) * weights[:, np.newaxis], error[apart > 0] * weights)
+    result = coarse.copy()
+    result[:FITTED, :FITTED] += change.reshape(FITTED, FITTED)
+    return result
