@@ -1,7 +1,7 @@
 """The operators of the contact iteration, restricted to the pixels that may come into contact.
 
-Vectors hold one value a candidate. Contact covers a few per cent of most maps, so everything but the convolution becomes
-cheap.
+Arrays hold one value a candidate, shape (surfaces, count). Contact covers a few per cent of most maps, so everything but the
+convolution becomes cheap.
 """
 
 from functools import lru_cache
@@ -10,9 +10,11 @@ import numpy as np
 from scipy import fft
 from scipy.sparse import csr_array
 
+from solver.arrays import Array, moved, moved_matrix, namespace
 from solver.convolution import Convolution
+from solver.full_contact import Filter
 from solver.influence import free_coefficients
-from solver.problem import BoolArray, FloatArray
+from solver.problem import BoolArray, IntArray
 
 REACH = 16
 """Pixels each way of the small periodic grid on which the operator is inverted."""
@@ -36,64 +38,88 @@ def stencil(pixel_size: tuple[float, float]) -> tuple[float, float, float, float
 
 
 class Candidates:
-    """Some pixels of a grid, and displacement and preconditioner for pressures on them alone.
+    """Some pixels of a batch of surfaces, and displacement and preconditioner for pressures on them alone.
+
+    Surfaces with fewer candidates than others are filled up with places that hold no pressure.
 
     Args:
-        mask: which pixels, shape (rows, columns).
+        mask: which pixels, shape (surfaces, rows, columns), some of each surface.
         pixel_size: (dy, dx) in any unit.
-        convolve: displacement by pressure on the whole grid.
+        convolution: displacement by pressure on the whole grid.
+        full_contact: the preconditioner if all pixels are candidates and nearly all touch; else it is the stencil.
     """
 
-    def __init__(self, mask: BoolArray, pixel_size: tuple[float, float], convolve: Convolution) -> None:
-        self.indices = np.flatnonzero(mask)
-        self._convolve = convolve
-        self._grid = np.zeros(mask.shape, dtype=convolve.dtype)
-        self._stencil = _stencil_matrix(mask, stencil(pixel_size))
+    def __init__(
+        self,
+        mask: BoolArray,
+        pixel_size: tuple[float, float],
+        convolution: Convolution,
+        full_contact: Filter | None = None,
+    ) -> None:
+        self.shape = mask.shape
+        self._dtype, self._device = convolution.dtype, convolution.device
+        counts = np.count_nonzero(mask, axis=(1, 2))
+        real = np.arange(counts.max()) < counts[:, np.newaxis]
+        places = np.full(real.shape, mask.size)
+        places[real] = np.flatnonzero(mask)
+        self._real = moved(real, self._device)
+        self._places = moved(places, self._device)
+        self._inside = moved(np.minimum(places, mask.size - 1), self._device)
+        self._displace = convolution.between(self._places)
+        self._full_contact = full_contact
+        if full_contact is None:
+            self._stencil = moved_matrix(_stencil_matrix(mask, places, stencil(pixel_size)), self._device)
 
-    def gather(self, field: FloatArray) -> FloatArray:
-        """The values of a field of shape (rows, columns) at the candidates."""
-        values: FloatArray = field.ravel()[self.indices]
-        return values
+    def gather(self, field: Array, fill: float) -> Array:
+        """The values of a field, shape (surfaces, rows, columns), at the candidates; ``fill`` in places without one."""
+        xp = namespace(field)
+        return xp.where(self._real, xp.reshape(field, (-1,))[self._inside], fill)
 
-    def scatter(self, values: FloatArray) -> FloatArray:
-        """A field of shape (rows, columns) with the values at the candidates, zero elsewhere."""
-        field = np.zeros(self._grid.shape)
-        field.ravel()[self.indices] = values
-        return field
+    def scatter(self, values: Array) -> Array:
+        """A field of shape (surfaces, rows, columns) with the values at the candidates, zero elsewhere."""
+        field = moved(np.zeros(int(np.prod(self.shape)) + 1), self._device)
+        field[self._places] = values
+        return namespace(values).reshape(field[:-1], self.shape)
 
-    def convolve(self, values: FloatArray) -> FloatArray:
-        """Displacement at the candidates by pressures there, in the precision of the convolution."""
-        scale = float(np.abs(values).max()) or 1.0
-        self._grid.ravel()[self.indices] = values / scale
-        displacement: FloatArray = self._convolve(self._grid).ravel()[self.indices].astype(np.float64)
-        return displacement * scale
-
-    def precondition(self, values: FloatArray, working: FloatArray) -> FloatArray:
-        """The stencil applied to values that are zero off the working set, and cut off there.
+    def convolve(self, values: Array, scale: Array) -> Array:
+        """Displacement at the candidates by pressures there, in the precision of the convolution.
 
         Args:
-            values: one value a candidate, or several in columns.
+            values: pressures.
+            scale: unit in which they are about one, shape (surfaces,), for single precision holds no extremes.
+        """
+        xp = namespace(values)
+        scaled = xp.astype(values / scale[:, None], getattr(xp, self._dtype.name))
+        return xp.astype(self._displace(scaled), xp.float64) * scale[:, None]
+
+    def precondition(self, values: Array, working: Array) -> Array:
+        """Roughly the pressures of some displacements that are zero off the working set, cut off there.
+
+        Args:
+            values: one a candidate.
             working: 1 on the working set, 0 off it.
         """
-        result: FloatArray = self._stencil @ values
-        result *= working if values.ndim == 1 else working[:, np.newaxis]
-        return result
+        xp = namespace(values)
+        if self._full_contact is not None:
+            return xp.reshape(self._full_contact(xp.reshape(values, self.shape)), values.shape) * working
+        return xp.reshape(self._stencil @ xp.reshape(values, (-1,)), values.shape) * working
 
 
-def _stencil_matrix(mask: BoolArray, coefficients: tuple[float, float, float, float]) -> csr_array:
-    """The stencil between the pixels of a mask as a sparse matrix, (pixels, pixels)."""
+def _stencil_matrix(mask: BoolArray, places: IntArray, coefficients: tuple[float, float, float, float]) -> csr_array:
+    """The stencil between places as a sparse matrix; those of different surfaces have nothing to do with each other."""
     centre, above, beside, corner = coefficients
-    rows, columns = mask.shape
-    count = int(np.count_nonzero(mask))
-    numbers = np.full((rows + 2, columns + 2), -1, dtype=np.int32)
-    numbers[1:-1, 1:-1][mask] = np.arange(count, dtype=np.int32)
-    pixels, neighbours, weights = [], [], []
-    for down in (-1, 0, 1):
-        for right in (-1, 0, 1):
-            neighbour = numbers[1 + down : rows + 1 + down, 1 + right : columns + 1 + right][mask]
-            pixel = np.flatnonzero(neighbour >= 0).astype(np.int32)
-            weight = corner if down and right else above if down else beside if right else centre
-            pixels.append(pixel)
-            neighbours.append(neighbour[pixel])
-            weights.append(np.full(pixel.size, weight))
-    return csr_array((np.concatenate(weights), (np.concatenate(pixels), np.concatenate(neighbours))), shape=(count, count))
+    weights = np.array([corner, above, corner, beside, centre, beside, corner, above, corner])
+    surfaces, rows, columns = mask.shape
+    real = np.flatnonzero(places < mask.size)
+    numbers = np.full((surfaces, rows + 2, columns + 2), -1, dtype=np.int32)
+    inner = np.zeros(numbers.shape, dtype=np.bool_)
+    inner[:, 1:-1, 1:-1] = mask
+    position = np.flatnonzero(inner)
+    numbers.ravel()[position] = real
+    offsets = [down * (columns + 2) + right for down in (-1, 0, 1) for right in (-1, 0, 1)]
+    neighbours = np.take(numbers, position[:, np.newaxis] + np.array(offsets))
+    found = neighbours >= 0
+    ends = np.zeros(places.size + 1, dtype=np.int32)
+    ends[real + 1] = np.count_nonzero(found, axis=1)
+    parts = np.broadcast_to(weights, found.shape)[found], neighbours[found], np.cumsum(ends, dtype=np.int32)
+    return csr_array(parts, shape=(places.size, places.size))

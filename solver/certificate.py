@@ -5,47 +5,44 @@ Dimensionless: pressures sum to ``load``; gaps are in units of the height scale 
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from solver.problem import FloatArray
+from solver.arrays import Array, namespace
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Certificate:
-    """Violation of each contact condition, dimensionless.
+    """Violation of each contact condition, dimensionless; but for the gap one value a surface, shape (surfaces,).
 
     Attributes:
+        gap: displacement + initial gap - approach, shape (surfaces, pixels).
         approach: delta for which the gap is measured: the pressure-weighted mean of displacement + initial gap.
         complementarity: sum p |g| / sum p; zero when every loaded pixel touches.
-        penetration: deepest overlap, max(-g, 0), over all pixels.
+        penetration: deepest overlap, max(-g), over all pixels; negative where nothing overlaps.
         load_balance: |sum p / load - 1|.
+        residual: the largest violation.
     """
 
-    approach: float
-    complementarity: float
-    penetration: float
-    load_balance: float
-
-    @property
-    def residual(self) -> float:
-        """The largest violation."""
-        return max(self.complementarity, self.penetration, self.load_balance)
+    gap: Array
+    approach: Array
+    complementarity: Array
+    penetration: Array
+    load_balance: Array
+    residual: Array
 
 
-def certify(pressure: FloatArray, separation: FloatArray, load: float) -> Certificate:
+def certify(pressure: Array, separation: Array, load: Array) -> Certificate:
     """Check the contact conditions.
 
     Args:
-        pressure: non-negative, shape (rows, columns).
+        pressure: non-negative, shape (surfaces, pixels).
         separation: displacement + initial gap (the gap but for the approach), same shape.
-        load: what the pressure must sum to.
+        load: what the pressures of each surface must sum to, shape (surfaces,).
     """
-    total = float(pressure.sum())
-    approach = float(np.vdot(pressure, separation)) / total
-    gap = separation - approach
-    return Certificate(
-        approach=approach,
-        complementarity=float(np.vdot(pressure, np.abs(gap))) / total,
-        penetration=max(0.0, -float(gap.min())),
-        load_balance=abs(total / load - 1),
-    )
+    xp = namespace(pressure)
+    total = xp.sum(pressure, axis=1)
+    approach = xp.vecdot(pressure, separation) / total
+    gap = separation - approach[:, None]
+    complementarity = xp.vecdot(pressure, xp.abs(gap)) / total
+    penetration = -xp.min(gap, axis=1)
+    load_balance = xp.abs(total / load - 1)
+    residual = xp.maximum(xp.maximum(complementarity, penetration), load_balance)
+    return Certificate(gap, approach, complementarity, penetration, load_balance, residual)

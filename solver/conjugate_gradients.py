@@ -6,7 +6,8 @@ overlap join the working set before the gradient is formed; the trial step is pr
 the exact line search runs along the projected step, so that the energy falls in every iteration and the only convolution
 is that of the step. If the conjugate direction is not one of descent, the projected gradient, which always is, replaces it.
 
-Dimensionless: see :mod:`solver.solve`. Vectors hold one value a candidate pixel.
+Dimensionless: see :mod:`solver.solve`. Fields hold one value a candidate pixel, shape (surfaces, count); the surfaces of a
+batch step together, each with its own lengths, shape (surfaces,).
 
 Source: Polonsky & Keer 1999, doi:10.1016/S0043-1648(99)00113-1.
 """
@@ -16,9 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from solver.arrays import Array, doubled, namespace
 from solver.candidates import Candidates
 from solver.certificate import certify
-from solver.problem import FloatArray
 
 OnIteration = Callable[[int, float], None]
 
@@ -34,138 +35,155 @@ EXACT_STEP = 0.6
 
 @dataclass
 class _Search:
-    """What the conjugate direction carries from step to step; no direction at the start."""
+    """What is carried from step to step; nothing but the length at the start.
 
-    direction: FloatArray | None = None
-    gradient: FloatArray | None = None
-    preconditioned_norm: float = 0.0
-    length: float = FIRST_LENGTH
+    Attributes:
+        length: of the next trial step, shape (surfaces,).
+        direction: of the last step.
+        gradient: there.
+        preconditioned_norm: of the gradient, shape (surfaces,).
+        working, weights: working set and row sums of the preconditioner on it.
+    """
+
+    length: Array
+    direction: Array = None
+    gradient: Array = None
+    preconditioned_norm: Array = None
+    working: Array = None
+    weights: Array = None
 
 
 def descend(
     candidates: Candidates,
-    pressure: FloatArray,
-    separation: FloatArray,
-    load: float,
+    pressure: Array,
+    separation: Array,
+    load: Array,
     tolerance: float,
     iterations: range,
     on_iteration: OnIteration | None,
-) -> tuple[FloatArray, int]:
-    """Lower the contact energy over the pressures on the candidates.
+) -> tuple[Array, Array]:
+    """Lower the contact energy over the pressures on the candidates, until half of the surfaces are done.
 
     Args:
         candidates: the pixels that may carry pressure, and their operators.
         pressure: an admissible start: p >= 0, summing to the load.
         separation: displacement + initial gap under that pressure, kept up by recurrence.
-        load: what the pressures sum to.
+        load: what the pressures sum to, shape (surfaces,).
         tolerance: for the residual on the candidates.
         iterations: numbers of the iterations that may be taken.
-        on_iteration: called with (iteration, residual); what it raises ends the solve and propagates.
+        on_iteration: called with (iteration, largest residual); what it raises ends the solve and propagates.
 
     Returns:
-        The pressure where the residual, by recurrence, is within the tolerance, or no step lowers it any more; and the
-        number of the last iteration.
+        For each surface the pressure of the lowest residual, by recurrence: within the tolerance if the surface is done,
+        unless no step lowers it any more; and the number of iterations taken, shape (surfaces,).
     """
-    search = _Search()
-    lowest, lowest_at = np.inf, iterations.start
-    for iteration in iterations:
+    xp = namespace(pressure)
+    search = _Search(xp.full_like(load, FIRST_LENGTH))
+    best, lowest = pressure, xp.full_like(load, np.inf)
+    taken, lowest_at = xp.zeros_like(load), xp.zeros_like(load)
+    running = lowest > 0
+    iteration = iterations.start
+    while True:
         certificate = certify(pressure, separation, load)
         residual = certificate.residual
-        if residual < lowest:
-            lowest, lowest_at = residual, iteration
-        if residual <= tolerance or iteration - lowest_at >= PATIENCE:
-            return pressure, iteration - 1
-        step = _step(candidates, pressure, separation, certificate.approach, load, search)
-        if step is None:
-            return pressure, iteration - 1
-        pressure, separation = step
+        better = running & (residual < lowest)
+        best = xp.where(better[:, None], pressure, best)
+        lowest, lowest_at = xp.where(better, residual, lowest), xp.where(better, taken, lowest_at)
+        running = running & (residual > tolerance) & (taken - lowest_at < PATIENCE)
+        if 2 * int(xp.count_nonzero(running)) <= running.shape[0] or iteration == iterations.stop:
+            return best, taken
+        step, length, displaced = _step(candidates, pressure, certificate.gap, load, search)
+        running = running & (length > 0)
+        length = xp.where(running, length, 0.0)[:, None]
+        pressure = pressure + length * step
+        pressure = xp.where(pressure > 0, pressure, 0.0)
+        separation = separation + length * displaced
+        taken = taken + doubled(running)
         if on_iteration is not None:
-            on_iteration(iteration, residual)
-    return pressure, iterations.stop - 1
+            on_iteration(iteration, float(xp.max(residual)))
+        iteration += 1
 
 
-def _step(
-    candidates: Candidates,
-    pressure: FloatArray,
-    separation: FloatArray,
-    approach: float,
-    load: float,
-    search: _Search,
-) -> tuple[FloatArray, FloatArray] | None:
-    """One step; None if rounding leaves no direction of descent."""
-    working = ((pressure > 0) | (separation < approach)).astype(np.float64)
-    gradient = (separation - float(np.vdot(separation, working)) / float(working.sum())) * working
-    preconditioned = candidates.precondition(np.column_stack([gradient, working]), working)
-    weights = np.ascontiguousarray(preconditioned[:, 1])
-    descent = _load_free(preconditioned[:, 0], weights)
+def _step(candidates: Candidates, pressure: Array, gap: Array, load: Array, search: _Search) -> tuple[Array, Array, Array]:
+    """One step: where to, how far (zero if rounding leaves no direction of descent), and its displacement."""
+    xp = namespace(pressure)
+    working = doubled((pressure > 0) | (gap < 0))
+    if search.working is None or not xp.all(working == search.working):
+        search.working, search.weights = working, candidates.precondition(working, working)
+    weights = search.weights
+    gradient = (gap - (xp.vecdot(gap, working) / xp.sum(working, axis=1))[:, None]) * working
+    descent = _load_free(candidates.precondition(gradient, working), weights)
     direction = _conjugate(descent, gradient, weights, working, search)
     step, clipped = _projected_step(pressure, direction, search.length, load, weights)
-    slope = float(np.vdot(step, gradient))
-    if slope >= 0:
-        direction = gradient
-        step, clipped = _projected_step(pressure, direction, search.length, load, working)
-        slope = float(np.vdot(step, gradient))
-        if slope >= 0:
-            return None
-    displaced = candidates.convolve(step)
-    curvature = float(np.vdot(step, displaced))
-    if curvature <= 0:
-        return None
-    optimum = -slope / curvature
-    if clipped and optimum >= EXACT_STEP:
-        taken = 1.0
-    else:
+    slope = xp.vecdot(step, gradient)
+    rising = slope >= 0
+    if xp.any(rising):
+        plain, plain_clipped = _projected_step(pressure, gradient, search.length, load, working)
+        direction = xp.where(rising[:, None], gradient, direction)
+        step, clipped = xp.where(rising[:, None], plain, step), xp.where(rising, plain_clipped, clipped)
+        slope = xp.vecdot(step, gradient)
+    displaced = candidates.convolve(step, load)
+    curvature = xp.vecdot(step, displaced)
+    downhill = (slope < 0) & (curvature > 0)
+    optimum = xp.where(downhill, -slope, 0.0) / xp.where(downhill, curvature, 1.0)
+    exact = clipped & (optimum >= EXACT_STEP)
+    length = xp.where(exact, 1.0, optimum)
+    if not xp.all(exact):
         falling = step < 0
-        taken = min(optimum, float(np.min(pressure[falling] / -step[falling], initial=np.inf)))
+        room = xp.min(xp.where(falling, pressure, np.inf) / xp.where(falling, -step, 1.0), axis=1)
+        length = xp.where(exact | (room > length), length, room)
     search.gradient = gradient
-    search.direction = -step / search.length if clipped else direction
-    search.length *= min(max(optimum, 0.25), 4.0)
-    return np.maximum(pressure + taken * step, 0.0), separation + taken * displaced
+    search.direction = xp.where(clipped[:, None], -step / search.length[:, None], direction)
+    search.length = search.length * xp.clip(optimum, 0.25, 4.0)
+    return step, length, displaced
 
 
-def _conjugate(
-    descent: FloatArray, gradient: FloatArray, weights: FloatArray, working: FloatArray, search: _Search
-) -> FloatArray:
+def _conjugate(descent: Array, gradient: Array, weights: Array, working: Array, search: _Search) -> Array:
     """Polak-Ribiere direction on the working set that leaves the load as it is, from the preconditioned gradient.
 
     What would change the load is taken out along the weights (the row sums of the preconditioner), which keeps the
     preconditioned gradient a direction of descent; a plain mean would not.
     """
-    direction = descent
-    if search.direction is not None and search.gradient is not None and search.preconditioned_norm > 0:
-        factor = float(np.vdot(descent, gradient - search.gradient)) / search.preconditioned_norm
-        conjugate = descent + factor * _load_free(search.direction * working, weights)
-        if factor > 0 and np.vdot(conjugate, gradient) > 0:
-            direction = conjugate
-    search.preconditioned_norm = float(np.vdot(descent, gradient))
-    return direction
+    xp = namespace(descent)
+    norm = search.preconditioned_norm
+    search.preconditioned_norm = xp.vecdot(descent, gradient)
+    if search.direction is None:
+        return descent
+    factor = xp.where(norm > 0, xp.vecdot(descent, gradient - search.gradient), 0.0) / xp.where(norm > 0, norm, 1.0)
+    conjugate = descent + factor[:, None] * _load_free(search.direction * working, weights)
+    descends = (factor > 0) & (xp.vecdot(conjugate, gradient) > 0)
+    return xp.where(descends[:, None], conjugate, descent)
 
 
-def _load_free(field: FloatArray, weights: FloatArray) -> FloatArray:
+def _load_free(field: Array, weights: Array) -> Array:
     """The field less that multiple of the weights which makes it sum to zero."""
-    result: FloatArray = field - (field.sum() / weights.sum()) * weights
-    return result
+    xp = namespace(field)
+    return field - (xp.sum(field, axis=1) / xp.sum(weights, axis=1))[:, None] * weights
 
 
-def _projected_step(
-    pressure: FloatArray, direction: FloatArray, length: float, load: float, weights: FloatArray
-) -> tuple[FloatArray, bool]:
+def _projected_step(pressure: Array, direction: Array, length: Array, load: Array, weights: Array) -> tuple[Array, Array]:
     """The step from the pressure to an admissible one near pressure - length * direction, and whether it was clipped.
 
     Negative pressures are set to zero, and the positive ones shifted along the weights until the sum is the load; with
     equal weights this is the projection onto the admissible pressures.
     """
-    trial = pressure - length * direction
-    if trial.min() >= 0:
-        return -length * direction, False
-    shifted, positive = trial, np.count_nonzero(trial > 0)
+    xp = namespace(pressure)
+    free = -length[:, None] * direction
+    trial = pressure + free
+    clipped = xp.min(trial, axis=1) < 0
+    if not xp.any(clipped):
+        return free, clipped
+    shifted, positive = trial, xp.count_nonzero(trial > 0, axis=1)
     while True:
-        kept = (shifted > 0).astype(np.float64)
-        if not kept.any():  # rounding: the load is too small beside what the pixels lose
-            return np.where(np.arange(trial.size) == trial.argmax(), load, 0.0) - pressure, True
-        shift = (float(np.vdot(trial, kept)) - load) / float(np.vdot(weights, kept))
-        shifted = (trial - shift * weights) * kept
-        remaining = np.count_nonzero(shifted > 0)
-        if remaining == positive:
-            return shifted - pressure, True
+        kept = doubled(shifted > 0)
+        share = xp.vecdot(weights, kept)
+        shift = (xp.vecdot(trial, kept) - load) / xp.where(share > 0, share, 1.0)
+        shifted = (trial - shift[:, None] * weights) * kept
+        remaining = xp.count_nonzero(shifted > 0, axis=1)
+        if xp.all(remaining == positive):
+            break
         positive = remaining
+    if xp.any(positive == 0):  # rounding: the load is too small beside what the pixels lose
+        highest = xp.arange(trial.shape[1])[None, :] == xp.argmax(trial, axis=1)[:, None]
+        shifted = xp.where((positive == 0)[:, None], doubled(highest) * load[:, None], shifted)
+    return shifted - pressure, clipped

@@ -18,6 +18,7 @@ from solver.errors import (
 Boundary = Literal["free", "periodic"]
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.intp]
 
 SMALLEST_SIDE = 4
 LARGEST_SIDE = 4096

@@ -93,22 +93,24 @@ def constriction_current(
     Raises:
         NotConvergedError: the tolerance is out of reach.
     """
-    spots = Candidates(mask, pixel_size, convolution("free", mask.shape, pixel_size))
-    everywhere = np.ones(spots.indices.size)
-    goal = tolerance * np.sqrt(spots.indices.size)
-    current = spots.gather(np.zeros(mask.shape) if initial_current is None else initial_current)
-    deviation = 1.0 - spots.convolve(current)
+    spots = Candidates(mask[np.newaxis], pixel_size, convolution("free", mask.shape, pixel_size))
+    start = np.zeros(mask.shape) if initial_current is None else initial_current
+    current = spots.gather(start[np.newaxis], 0.0)
+    everywhere, unit = np.ones_like(current), np.ones(1)
+    goal = tolerance * np.sqrt(current.size)
+    deviation = 1.0 - spots.convolve(current, unit)
     direction, norm = np.zeros_like(current), np.inf
     for _ in range(MOST_ITERATIONS):
         if np.linalg.norm(deviation) <= goal:
-            deviation = 1.0 - spots.convolve(current)
+            deviation = 1.0 - spots.convolve(current, unit)
             if np.linalg.norm(deviation) <= goal:
-                return spots.scatter(current)
+                result: FloatArray = spots.scatter(current)[0]
+                return result
             norm = np.inf
         descent = spots.precondition(deviation, everywhere)
         previous, norm = norm, float(np.vdot(descent, deviation))
         direction = descent + (norm / previous) * direction
-        response = spots.convolve(direction)
+        response = spots.convolve(direction, unit)
         length = norm / float(np.vdot(direction, response))
         current = current + length * direction
         deviation = deviation - length * response

@@ -1,30 +1,19 @@
-"""Solve a contact problem: make it dimensionless, start it from a coarser grid, iterate, certify, return to SI units."""
+"""Solve contact problems: make them dimensionless, start from a coarser grid, iterate, certify, return to SI units."""
 
-from typing import Literal
+from collections.abc import Sequence
+from typing import get_args
 
 import numpy as np
 
-from solver.candidates import Candidates
-from solver.certificate import Certificate, certify
-from solver.coarsening import coarsened, prolonged
-from solver.conjugate_gradients import OnIteration, descend
-from solver.convolution import Precision, convolution
+from solver.arrays import Device, moved, on_processor
+from solver.conjugate_gradients import OnIteration
 from solver.errors import InvalidProblemError
+from solver.operators import Method, Operators
 from solver.problem import ContactProblem, FloatArray
-from solver.solution import Solution, Status
+from solver.refinement import balanced, cascade, refine
+from solver.solution import Solution
 
-Method = Literal["fft"]
-
-COLD_START_SIDE = 64
-"""Pixels a side up to which the pressure starts uniform; larger maps start from the solution of one twice as coarse."""
-
-COARSE_TOLERANCE = 1e-2
-
-CANDIDATE_GAP = 0.03
-"""Pixels with gaps below this, in rms heights, may come into contact; a check of all pixels adds what was missed."""
-
-INNER_SHARE = 0.5
-"""Share of the tolerance to which the pressures on the candidates are brought before all pixels are checked."""
+MOST_ITERATIONS = 10_000
 
 
 def solve(
@@ -33,111 +22,96 @@ def solve(
     tolerance: float = 1e-6,
     initial_pressure: FloatArray | None = None,
     on_iteration: OnIteration | None = None,
-    max_iterations: int = 10_000,
+    max_iterations: int = MOST_ITERATIONS,
 ) -> Solution:
     """Pressure and gap of a frictionless elastic contact.
 
     Args:
         problem: heights, pixel size, load, effective modulus and boundary.
-        method: how the displacement is evaluated: ``fft``, the exact convolution.
+        method: how the displacement that decides is evaluated: ``fft``, by the exact convolution, or ``multilevel``, by
+            sums over tiles, without a Fourier transform, on a free boundary.
         tolerance: for the residual of the certificate, dimensionless: complementarity and penetration relative to the
             rms height (to the mean displacement under the nominal pressure if the surface is flat), and load balance.
         initial_pressure: a start in Pa, shape (rows, columns); negative values are dropped and the load restored.
             Without it the pressure starts from that of a coarser grid.
-        on_iteration: called each iteration with (iteration, residual); what it raises ends the solve and propagates.
-        max_iterations: after these the last pressure is returned, with the status that says so.
+        on_iteration: called each iteration with (iteration, residual), iteration 0 for those of coarser grids; what it
+            raises ends the solve and propagates.
+        max_iterations: after these the best pressure is returned, with the status that says so.
 
     Returns:
-        The solution. Its status, decided by a certificate from a fresh convolution, says whether it converged.
+        The solution. Its status, decided by a certificate from a fresh evaluation, says whether it converged.
 
     Raises:
-        InvalidProblemError: unknown method, tolerance not positive, or an initial pressure of the wrong shape.
+        InvalidProblemError: unknown method, a periodic boundary with ``multilevel``, tolerance not positive, or an initial
+            pressure of the wrong shape.
     """
-    if method != "fft":
-        raise InvalidProblemError(f"The method is {method!r}; it must be 'fft'.")
-    if not (np.isfinite(tolerance) and tolerance > 0):
-        raise InvalidProblemError(f"The tolerance is {tolerance:g}; it must be positive and finite.")
+    starts = None if initial_pressure is None else [initial_pressure]
+    return solve_batch([problem], method, tolerance, starts, on_iteration, max_iterations)[0]
+
+
+def solve_batch(
+    problems: Sequence[ContactProblem],
+    method: Method = "fft",
+    tolerance: float = 1e-6,
+    initial_pressures: Sequence[FloatArray] | None = None,
+    on_iteration: OnIteration | None = None,
+    max_iterations: int = MOST_ITERATIONS,
+    device: Device = None,
+) -> list[Solution]:
+    """Solve problems of one shape, pixel size and boundary side by side, each as :func:`solve` would.
+
+    Args:
+        problems: one or more.
+        method, tolerance, initial_pressures, on_iteration, max_iterations: as for :func:`solve`; the residual reported is
+            the largest.
+        device: of torch, such as ``cuda``, to run on; None for the processor, by NumPy.
+
+    Raises:
+        InvalidProblemError: as :func:`solve`, and for problems that differ in shape, pixel size or boundary.
+    """
+    _check(problems, method, tolerance)
+    first = problems[0]
+    operators = Operators(method, first.boundary, first.shape, first.pixel_size, device)
 
     # Units: length s = sqrt(dx dy), gap H = rms height, pressure E* H / s.
-    length = float(np.sqrt(problem.pixel_area))
-    height = problem.rms_height or problem.load / (problem.effective_modulus * np.sqrt(problem.nominal_area))
-    pressure_unit = problem.effective_modulus * height / length
-    load = problem.load / (problem.pixel_area * pressure_unit)
-    start = _start(problem) if initial_pressure is None else _checked_start(problem, initial_pressure)
-    start *= load / start.sum()
+    length = float(np.sqrt(first.pixel_area))
+    heights = [one.rms_height or one.load / (one.effective_modulus * np.sqrt(one.nominal_area)) for one in problems]
+    units = [one.effective_modulus * height / length for one, height in zip(problems, heights, strict=True)]
+    gaps = [one.initial_gap / height for one, height in zip(problems, heights, strict=True)]
+    loads = np.array([one.load / (one.pixel_area * unit) for one, unit in zip(problems, units, strict=True)])
 
-    pressure, separation, certificate, iterations, status = _refine(
-        problem, problem.initial_gap / height, load, start, tolerance, max_iterations, on_iteration
-    )
-    return Solution(
-        pressure=pressure * pressure_unit,
-        gap=(separation - certificate.approach) * height,
-        approach=certificate.approach * height,
-        iterations=iterations,
-        status=status,
-        residual=certificate.residual,
-    )
-
-
-def _refine(
-    problem: ContactProblem,
-    initial_gap: FloatArray,
-    load: float,
-    pressure: FloatArray,
-    tolerance: float,
-    max_iterations: int,
-    on_iteration: OnIteration | None,
-) -> tuple[FloatArray, FloatArray, Certificate, int, Status]:
-    """Descend on the candidates in single precision, check all pixels in double precision, and so on until it holds.
-
-    A pass that neither adds candidates nor halves the residual gives way to descents on all pixels in double precision;
-    if those do not help either, rounding is in the way.
-
-    Returns:
-        Pressure, displacement + initial gap, their fresh certificate, iterations taken, status.
-    """
-    convolve = convolution(problem.boundary, problem.shape, problem.pixel_size)
-    precision: Precision = "float32"
-    mask = np.zeros(problem.shape, dtype=np.bool_)
-    iterations, lowest = 0, np.inf
-    while True:
-        separation = convolve(pressure) + initial_gap
-        certificate = certify(pressure, separation, load)
-        if certificate.residual <= tolerance:
-            return pressure, separation, certificate, iterations, Status.CONVERGED
-        if iterations >= max_iterations:
-            return pressure, separation, certificate, iterations, Status.ITERATION_LIMIT
-        grown = mask | (pressure > 0) | (separation - certificate.approach < CANDIDATE_GAP)
-        if certificate.residual > lowest / 2 and np.array_equal(grown, mask):
-            if precision == "float64":
-                return pressure, separation, certificate, iterations, Status.STAGNATED
-            precision = "float64"
-            grown[:] = True
-        lowest, mask = min(lowest, certificate.residual), grown
-        candidates = Candidates(
-            mask, problem.pixel_size, convolution(problem.boundary, problem.shape, problem.pixel_size, precision)
+    gap, load = moved(np.stack(gaps), device), moved(loads, device)
+    if initial_pressures is None:
+        start = cascade(operators, gap, load, on_iteration)
+    else:
+        starts = [_checked_start(one, pressure) for one, pressure in zip(problems, initial_pressures, strict=True)]
+        start = balanced(moved(np.stack(starts), device), load)
+    refined = refine(operators, gap, load, start, tolerance, max_iterations, on_iteration)
+    return [
+        Solution(
+            pressure=on_processor(one.pressure) * unit,
+            gap=(on_processor(one.separation) - one.approach) * height,
+            approach=one.approach * height,
+            iterations=one.iterations,
+            status=one.status,
+            residual=one.residual,
         )
-        values, iterations = descend(
-            candidates,
-            candidates.gather(pressure),
-            candidates.gather(separation),
-            load,
-            INNER_SHARE * tolerance,
-            range(iterations + 1, max_iterations + 1),
-            on_iteration,
+        for one, height, unit in zip(refined, heights, units, strict=True)
+    ]
+
+
+def _check(problems: Sequence[ContactProblem], method: str, tolerance: float) -> None:
+    if method not in get_args(Method):
+        raise InvalidProblemError(f"The method is {method!r}; it must be 'fft' or 'multilevel'.")
+    if not (np.isfinite(tolerance) and tolerance > 0):
+        raise InvalidProblemError(f"The tolerance is {tolerance:g}; it must be positive and finite.")
+    kinds = {(problem.shape, problem.pixel_size, problem.boundary) for problem in problems}
+    if len(kinds) != 1:
+        raise InvalidProblemError(
+            f"The {len(problems)} problems have {len(kinds)} different shapes, pixel sizes or boundaries; a batch has one."
         )
-        pressure = candidates.scatter(values * (load / values.sum()))
-
-
-def _start(problem: ContactProblem) -> FloatArray:
-    """The pressure of the problem on pixels twice as large, loosely solved; uniform where the map is small.
-
-    How the coarse solve ended does not matter: any pressure is a start.
-    """
-    if max(problem.shape) <= COLD_START_SIDE or min(problem.shape) < COLD_START_SIDE // 2:
-        return np.ones(problem.shape)
-    coarse = solve(coarsened(problem, 2), tolerance=COARSE_TOLERANCE)
-    return prolonged(coarse.pressure, 2, problem.shape)
+    if method == "multilevel" and problems[0].boundary == "periodic":
+        raise InvalidProblemError("The multilevel method needs the free boundary; use 'fft' for the periodic one.")
 
 
 def _checked_start(problem: ContactProblem, initial_pressure: FloatArray) -> FloatArray:
@@ -149,4 +123,5 @@ def _checked_start(problem: ContactProblem, initial_pressure: FloatArray) -> Flo
     start = np.maximum(initial_pressure, 0.0)
     if start.sum() == 0:
         raise InvalidProblemError("The initial pressure is nowhere positive.")
+    start /= start.max()
     return start

@@ -113,27 +113,41 @@ def _pair_weights(order: int, factor: int) -> tuple[FloatArray, FloatArray]:
     return np.array(rows), np.array(offsets)
 
 
-def fitted(coarse: FloatArray, fine: FloatArray, order: int, factors: tuple[int, int], tile: int) -> FloatArray:
-    """The coarse kernel with its values near the origin chosen so that it, interpolated both ways, meets the fine kernel.
+@cache
+def _fit(order: int, factors: tuple[int, int], tile: int) -> tuple[FloatArray, FloatArray]:
+    """Least squares fit of the coarse offsets near the origin to pairs of pixels whose tiles do not touch.
 
-    They are the least squares fit over the pairs of pixels whose tiles do not touch; those of touching tiles are summed
+    Returns:
+        The pairs' weights, shape (along rows, along columns), and the matrix from their weighted errors to the change of the
+        coarse kernel, shape (FITTED^2, pairs with a weight).
+    """
+    (along_y, dy), (along_x, dx) = (_pair_weights(order, factor) for factor in factors)
+    apart = 1 - np.outer(1 - np.clip(dy / tile - 1, 0, 1), 1 - np.clip(dx / tile - 1, 0, 1))
+    weights = np.sqrt(apart)
+    pairs = np.einsum("ai,bj->abij", along_y[:, :FITTED], along_x[:, :FITTED])[apart > 0].reshape(-1, FITTED**2)
+    return weights, np.linalg.pinv(pairs * weights[apart > 0][:, np.newaxis], rcond=1e-15)
+
+
+def fitted(coarse: FloatArray, fine: FloatArray, order: int, factors: tuple[int, int], tile: int) -> FloatArray:
+    """The coarse kernel near the origin, chosen so that it, interpolated both ways, meets the fine kernel.
+
+    It is the least squares fit over the pairs of pixels whose tiles do not touch; those of touching tiles are summed
     exactly, whatever the coarse kernel.
 
     Args:
-        coarse: kernel at the coarse offsets, good away from the origin.
-        fine: kernel at the fine offsets.
+        coarse: kernel at the coarse offsets, good away from the origin, at least FIT_REACH + 1 each way.
+        fine: kernel at the fine offsets, as many.
         order: of the B-splines.
         factors: 2 in the directions that are coarsened, 1 in the other.
         tile: pixels a side of a tile.
+
+    Returns:
+        Shape (FITTED, FITTED).
     """
     (along_y, dy), (along_x, dx) = (_pair_weights(order, factor) for factor in factors)
     size_y, size_x = along_y.shape[1], along_x.shape[1]
-    sampled = fine[np.ix_(dy.astype(int), dx.astype(int))]
-    error = sampled - along_y @ coarse[:size_y, :size_x] @ along_x.T
-    apart = 1 - np.outer(1 - np.clip(dy / tile - 1, 0, 1), 1 - np.clip(dx / tile - 1, 0, 1))
-    matrix = np.einsum("ai,bj->abij", along_y[:, :FITTED], along_x[:, :FITTED])[apart > 0]
-    weights = np.sqrt(apart[apart > 0])
-    change, *_ = np.linalg.lstsq(matrix.reshape(weights.size, -1) * weights[:, np.newaxis], error[apart > 0] * weights)
-    result = coarse.copy()
-    result[:FITTED, :FITTED] += change.reshape(FITTED, FITTED)
+    weights, solution = _fit(order, factors, tile)
+    error = fine[np.ix_(dy.astype(int), dx.astype(int))] - along_y @ coarse[:size_y, :size_x] @ along_x.T
+    change = solution @ (error * weights)[weights > 0]
+    result: FloatArray = coarse[:FITTED, :FITTED] + change.reshape(FITTED, FITTED)
     return result

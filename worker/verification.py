@@ -9,6 +9,7 @@ from rq.job import Job
 
 from model.metrics import compare
 from solver import Status, boyer_resistance, solve
+from solver.operators import Method
 from solver.problem import BoolArray
 from worker.errors import JobNotFoundError
 from worker.masks import mask_png
@@ -87,7 +88,9 @@ def solve_and_compare(parcel: Parcel, on_iteration: _Reporter) -> tuple[dict[str
     """Solve the problem of a parcel and compare the reference mask with the predicted one."""
     problem, predicted, resistivity = parcel.problem, parcel.predicted_mask, parcel.resistivity
     started = time.perf_counter()
-    solution = solve(problem, on_iteration=on_iteration)
+    # The multilevel sum has nothing in common with the transforms that the surrogate's features rest on.
+    method: Method = "multilevel" if problem.boundary == "free" else "fft"
+    solution = solve(problem, method, on_iteration=on_iteration)
     seconds = time.perf_counter() - started
     mask = solution.contact_mask
 
