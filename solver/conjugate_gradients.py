@@ -1,6 +1,6 @@
 """Contact iteration: preconditioned projected conjugate gradients with one convolution a step.
 
-The Polonsky-Keer iteration minimises 1/2 p.Kp + g0.p over the pressures p >= 0 of given sum. Written as published it can
+The Polonsky-Keer iteration minimises 1/2 p.Kp + g0.p over the admissible pressures. Written as published it can
 deadlock (one pixel in contact has no gradient left) and throws its direction away whenever a pixel joins. Here pixels that
 overlap join the working set before the gradient is formed; the trial step is projected onto the admissible pressures; and
 the exact line search runs along the projected step, so that the energy falls in every iteration and the only convolution
@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from solver.admissible import projected, within
 from solver.arrays import Array, doubled, namespace
 from solver.candidates import Candidates
 from solver.certificate import certify
@@ -58,6 +59,7 @@ def descend(
     pressure: Array,
     separation: Array,
     load: Array,
+    cap: Array | None,
     tolerance: float,
     iterations: range,
     on_iteration: OnIteration | None,
@@ -69,6 +71,7 @@ def descend(
         pressure: an admissible start: p >= 0, summing to the load.
         separation: displacement + initial gap under that pressure, kept up by recurrence.
         load: what the pressures sum to, shape (surfaces,).
+        cap: highest pressure, shape (surfaces,); None without a hardness.
         tolerance: for the residual on the candidates.
         iterations: numbers of the iterations that may be taken.
         on_iteration: called with (iteration, largest residual); what it raises ends the solve and propagates.
@@ -84,7 +87,7 @@ def descend(
     running = lowest > 0
     iteration = iterations.start
     while True:
-        certificate = certify(pressure, separation, load)
+        certificate = certify(pressure, separation, load, cap)
         residual = certificate.residual
         better = running & (residual < lowest)
         best = xp.where(better[:, None], pressure, best)
@@ -92,11 +95,10 @@ def descend(
         running = running & (residual > tolerance) & (taken - lowest_at < PATIENCE)
         if 2 * int(xp.count_nonzero(running)) <= running.shape[0] or iteration == iterations.stop:
             return best, taken
-        step, length, displaced = _step(candidates, pressure, certificate.gap, load, search)
+        step, length, displaced = _step(candidates, pressure, certificate.gap, load, cap, search)
         running = running & (length > 0)
         length = xp.where(running, length, 0.0)[:, None]
-        pressure = pressure + length * step
-        pressure = xp.where(pressure > 0, pressure, 0.0)
+        pressure = within(pressure + length * step, cap)
         separation = separation + length * displaced
         taken = taken + doubled(running)
         if on_iteration is not None:
@@ -104,21 +106,26 @@ def descend(
         iteration += 1
 
 
-def _step(candidates: Candidates, pressure: Array, gap: Array, load: Array, search: _Search) -> tuple[Array, Array, Array]:
+def _step(
+    candidates: Candidates, pressure: Array, gap: Array, load: Array, cap: Array | None, search: _Search
+) -> tuple[Array, Array, Array]:
     """One step: where to, how far (zero if rounding leaves no direction of descent), and its displacement."""
     xp = namespace(pressure)
-    working = doubled((pressure > 0) | (gap < 0))
+    movable = (pressure > 0) | (gap < 0)
+    if cap is not None:
+        movable = movable & ((pressure < cap[:, None]) | (gap > 0))
+    working = doubled(movable)
     if search.working is None or not xp.all(working == search.working):
         search.working, search.weights = working, candidates.precondition(working, working)
     weights = search.weights
     gradient = (gap - (xp.vecdot(gap, working) / xp.sum(working, axis=1))[:, None]) * working
     descent = _load_free(candidates.precondition(gradient, working), weights)
     direction = _conjugate(descent, gradient, weights, working, search)
-    step, clipped = _projected_step(pressure, direction, search.length, load, weights)
+    step, clipped = _projected_step(pressure, direction, search.length, load, cap, weights)
     slope = xp.vecdot(step, gradient)
     rising = slope >= 0
     if xp.any(rising):
-        plain, plain_clipped = _projected_step(pressure, gradient, search.length, load, working)
+        plain, plain_clipped = _projected_step(pressure, gradient, search.length, load, cap, working)
         direction = xp.where(rising[:, None], gradient, direction)
         step, clipped = xp.where(rising[:, None], plain, step), xp.where(rising, plain_clipped, clipped)
         slope = xp.vecdot(step, gradient)
@@ -131,6 +138,9 @@ def _step(candidates: Candidates, pressure: Array, gap: Array, load: Array, sear
     if not xp.all(exact):
         falling = step < 0
         room = xp.min(xp.where(falling, pressure, np.inf) / xp.where(falling, -step, 1.0), axis=1)
+        if cap is not None:
+            rising_room = xp.where(step > 0, cap[:, None] - pressure, np.inf) / xp.where(step > 0, step, 1.0)
+            room = xp.minimum(room, xp.min(rising_room, axis=1))
         length = xp.where(exact | (room > length), length, room)
     search.gradient = gradient
     search.direction = xp.where(clipped[:, None], -step / search.length[:, None], direction)
@@ -161,29 +171,16 @@ def _load_free(field: Array, weights: Array) -> Array:
     return field - (xp.sum(field, axis=1) / xp.sum(weights, axis=1))[:, None] * weights
 
 
-def _projected_step(pressure: Array, direction: Array, length: Array, load: Array, weights: Array) -> tuple[Array, Array]:
-    """The step from the pressure to an admissible one near pressure - length * direction, and whether it was clipped.
-
-    Negative pressures are set to zero, and the positive ones shifted along the weights until the sum is the load; with
-    equal weights this is the projection onto the admissible pressures.
-    """
+def _projected_step(
+    pressure: Array, direction: Array, length: Array, load: Array, cap: Array | None, weights: Array
+) -> tuple[Array, Array]:
+    """The step from the pressure to an admissible one near pressure - length * direction, and whether it was clipped."""
     xp = namespace(pressure)
     free = -length[:, None] * direction
     trial = pressure + free
     clipped = xp.min(trial, axis=1) < 0
+    if cap is not None:
+        clipped = clipped | (xp.max(trial, axis=1) > cap)
     if not xp.any(clipped):
         return free, clipped
-    shifted, positive = trial, xp.count_nonzero(trial > 0, axis=1)
-    while True:
-        kept = doubled(shifted > 0)
-        share = xp.vecdot(weights, kept)
-        shift = (xp.vecdot(trial, kept) - load) / xp.where(share > 0, share, 1.0)
-        shifted = (trial - shift[:, None] * weights) * kept
-        remaining = xp.count_nonzero(shifted > 0, axis=1)
-        if xp.all(remaining == positive):
-            break
-        positive = remaining
-    if xp.any(positive == 0):  # rounding: the load is too small beside what the pixels lose
-        highest = xp.arange(trial.shape[1])[None, :] == xp.argmax(trial, axis=1)[:, None]
-        shifted = xp.where((positive == 0)[:, None], doubled(highest) * load[:, None], shifted)
-    return shifted - pressure, clipped
+    return projected(trial, load, cap, weights) - pressure, clipped

@@ -56,6 +56,8 @@ class ContactProblem:
         load: total normal force on the nominal area, in N.
         effective_modulus: E* in Pa.
         boundary: ``free`` (an isolated patch on a half-space) or ``periodic``.
+        hardness: highest pressure that the softer body bears, in Pa; where it is reached, the bodies may overlap, which
+            stands for flow (elastic, perfectly plastic contact). None for elastic bodies.
 
     Raises:
         InvalidHeightsError, InvalidPixelSizeError, InvalidLoadError, InvalidMaterialError, InvalidProblemError:
@@ -67,6 +69,7 @@ class ContactProblem:
     load: float
     effective_modulus: float
     boundary: Boundary = "free"
+    hardness: float | None = None
 
     def __post_init__(self) -> None:
         heights = _checked_heights(self.heights)
@@ -83,6 +86,17 @@ class ContactProblem:
             )
         if self.boundary not in get_args(Boundary):
             raise InvalidProblemError(f"The boundary is {self.boundary!r}; it must be 'free' or 'periodic'.")
+        if self.hardness is not None:
+            self._check_hardness(self.hardness)
+
+    def _check_hardness(self, hardness: float) -> None:
+        if not (np.isfinite(hardness) and hardness > 0):
+            raise InvalidMaterialError(f"The hardness is {hardness:g} Pa; it must be positive and finite.")
+        if self.load >= hardness * self.nominal_area:
+            raise InvalidLoadError(
+                f"The load is {self.load:g} N; a surface of {self.nominal_area:g} m^2 with a hardness of {hardness:g} Pa "
+                f"bears less than {hardness * self.nominal_area:g} N."
+            )
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from solver.admissible import balanced, projected
 from solver.arrays import Array, moved, namespace, on_processor
 from solver.candidates import Candidates
 from solver.certificate import certify
@@ -61,6 +62,7 @@ def refine(
     operators: Operators,
     initial_gap: Array,
     load: Array,
+    cap: Array | None,
     pressure: Array,
     tolerance: float,
     max_iterations: int,
@@ -74,18 +76,27 @@ def refine(
         operators: displacement by pressure.
         initial_gap: gap before deformation.
         load: what the pressures of each surface sum to.
+        cap: highest pressure; None without a hardness.
         pressure: an admissible start.
         tolerance: for the residual.
         max_iterations: for each surface.
         on_iteration: called with (iteration, largest residual); what it raises ends the solve and propagates.
     """
-    results = _passes(operators, initial_gap, load, pressure, tolerance, range(max_iterations), on_iteration, False)
+    results = _passes(operators, initial_gap, load, cap, pressure, tolerance, range(max_iterations), on_iteration, False)
     for i, rough in enumerate(results):
         if rough.status is Status.STAGNATED:
             one = slice(i, i + 1)
             left = range(rough.iterations, max_iterations)
             results[i] = _passes(
-                operators, initial_gap[one], load[one], rough.pressure[None], tolerance, left, on_iteration, True
+                operators,
+                initial_gap[one],
+                load[one],
+                None if cap is None else cap[one],
+                rough.pressure[None],
+                tolerance,
+                left,
+                on_iteration,
+                True,
             )[0]
     return results
 
@@ -94,6 +105,7 @@ def _passes(
     operators: Operators,
     initial_gap: Array,
     load: Array,
+    cap: Array | None,
     pressure: Array,
     tolerance: float,
     allowed: range,
@@ -115,7 +127,7 @@ def _passes(
     while True:
         separation = exact(pressure) + initial_gap
         flat = (surfaces.size, -1)
-        certificate = certify(xp.reshape(pressure, flat), xp.reshape(separation, flat), load)
+        certificate = certify(xp.reshape(pressure, flat), xp.reshape(separation, flat), load, cap)
         residual, approach = on_processor(certificate.residual), on_processor(certificate.approach)
         for i in np.flatnonzero(residual < lowest):
             best[surfaces[i]] = Refined(pressure[i], separation[i], float(approach[i]), float(residual[i]))
@@ -138,6 +150,7 @@ def _passes(
             )
             kept = moved(going, operators.device)
             pressure, separation, initial_gap, load = (a[kept] for a in (pressure, separation, initial_gap, load))
+            cap = None if cap is None else cap[kept]
         full = operators.device is None and bool(((pressure > 0).mean(axis=(1, 2)) > FULL_CONTACT).all())
         mask, lowest = grown | full, np.minimum(lowest, residual)
 
@@ -153,33 +166,37 @@ def _passes(
             candidates.gather(pressure, 0.0),
             candidates.gather(separation, FAR),
             load,
+            cap,
             INNER_SHARE * tolerance,
             range(first + 1, allowed.stop + 1),
             on_iteration,
         )
-        pressure = candidates.scatter(values * (load / xp.sum(values, axis=1))[:, None])
+        pressure = candidates.scatter(balanced(values, load, cap))
         iterations = iterations + on_processor(taken).astype(np.int64)
 
 
-def cascade(operators: Operators, initial_gap: Array, load: Array, on_iteration: OnIteration | None) -> Array:
+def cascade(
+    operators: Operators, initial_gap: Array, load: Array, cap: Array | None, on_iteration: OnIteration | None
+) -> Array:
     """A start: the pressure on pixels twice as large, loosely solved; uniform where the map is small.
 
     How the coarse solve ends does not matter: any pressure is a start. Its iterations count as number 0.
     """
+    xp = namespace(initial_gap)
     rows, columns = operators.shape
     if max(rows, columns) <= COLD_START_SIDE or min(rows, columns) < COLD_START_SIDE // 2:
-        pressure = moved(np.ones((len(load), rows, columns)), operators.device)
-    else:
-        coarser, coarse_gap = operators.coarser(), block_means(initial_gap, 2)
-        start = cascade(coarser, coarse_gap, load, on_iteration)
-        report = None if on_iteration is None else lambda _, residual: on_iteration(0, residual)
-        coarse = refine(coarser, coarse_gap, load / 2, start / 2, COARSE_TOLERANCE, COARSE_ITERATIONS, report)
-        xp = namespace(initial_gap)
-        pressure = prolonged(xp.stack([one.pressure for one in coarse]), 2, operators.shape)
-    return balanced(pressure, load)
+        return xp.ones_like(initial_gap) * (load / (rows * columns))[:, None, None]
+    coarser, coarse_gap, coarse_cap = operators.coarser(), block_means(initial_gap, 2), None if cap is None else 2 * cap
+    start = cascade(coarser, coarse_gap, load / 2, coarse_cap, on_iteration)
+    report = None if on_iteration is None else lambda _, residual: on_iteration(0, residual)
+    coarse = refine(coarser, coarse_gap, load / 2, coarse_cap, start, COARSE_TOLERANCE, COARSE_ITERATIONS, report)
+    return admissible(prolonged(xp.stack([one.pressure for one in coarse]), 2, operators.shape), load, cap)
 
 
-def balanced(pressure: Array, load: Array) -> Array:
-    """The pressures scaled so that they sum to the loads."""
+def admissible(pressure: Array, load: Array, cap: Array | None) -> Array:
+    """Pressures of any sum, shape (surfaces, rows, columns), scaled to the loads, and below the highest."""
     xp = namespace(pressure)
-    return pressure * (load / xp.sum(pressure, axis=(1, 2)))[:, None, None]
+    flat = balanced(xp.reshape(pressure, (pressure.shape[0], -1)), load, None)
+    if cap is not None:
+        flat = projected(flat, load, cap, xp.ones_like(flat))
+    return xp.reshape(flat, pressure.shape)

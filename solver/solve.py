@@ -10,7 +10,7 @@ from solver.conjugate_gradients import OnIteration
 from solver.errors import InvalidProblemError
 from solver.operators import Method, Operators
 from solver.problem import ContactProblem, FloatArray
-from solver.refinement import balanced, cascade, refine
+from solver.refinement import admissible, cascade, refine
 from solver.solution import Solution
 
 MOST_ITERATIONS = 10_000
@@ -81,12 +81,15 @@ def solve_batch(
     loads = np.array([one.load / (one.pixel_area * unit) for one, unit in zip(problems, units, strict=True)])
 
     gap, load = moved(np.stack(gaps), device), moved(loads, device)
+    cap = None
+    if any(one.hardness for one in problems):
+        cap = moved(np.array([(one.hardness or np.inf) / unit for one, unit in zip(problems, units, strict=True)]), device)
     if initial_pressures is None:
-        start = cascade(operators, gap, load, on_iteration)
+        start = cascade(operators, gap, load, cap, on_iteration)
     else:
         starts = [_checked_start(one, pressure) for one, pressure in zip(problems, initial_pressures, strict=True)]
-        start = balanced(moved(np.stack(starts), device), load)
-    refined = refine(operators, gap, load, start, tolerance, max_iterations, on_iteration)
+        start = admissible(moved(np.stack(starts), device), load, cap)
+    refined = refine(operators, gap, load, cap, start, tolerance, max_iterations, on_iteration)
     return [
         Solution(
             pressure=on_processor(one.pressure) * unit,
