@@ -14,18 +14,29 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
 from tqdm import tqdm
 
 from model.errors import DatasetError
 from model.instrument import LOG_LOAD_RANGE, as_measured, pixel_aspect
+from solver.arrays import Device
 from solver.midpoint import random_midpoint_displacement
 from solver.problem import BoolArray, Boundary, ContactProblem
-from solver.solution import Status
-from solver.solve import solve
+from solver.solution import Solution, Status
+from solver.solve import solve_batch
 
 CODES = 65535
 """Highest code of a 16-bit height map; code 0 is the lowest height, CODES the highest."""
+
+BATCH, BATCH_PIXELS = 16, 2**18
+"""Most surfaces, and pixels, that are solved side by side on the processor; more would not stay in its cache."""
+
+COMPRESSION = 1
+"""Of height maps: noise hardly packs, and higher levels take longer than the solve."""
+
+DEVICE_BATCH_PIXELS = 2**24
+"""Those on an accelerator, enough to keep it busy."""
 
 
 @dataclass(frozen=True)
@@ -80,13 +91,14 @@ class Sample:
     contact_fraction: float
 
 
-def build(directory: Path, config: DatasetConfig, processes: int = 1) -> None:
+def build(directory: Path, config: DatasetConfig, processes: int = 1, device: Device = None) -> None:
     """Build a data set, or the rest of one that was stopped.
 
     Args:
         directory: made if it is not there.
         config: what to build; a larger count than before extends the data set.
         processes: how many solve side by side.
+        device: of torch, such as ``cuda``, to solve on; None for the processor. Its rounding differs from the processor's.
 
     Raises:
         DatasetError: the directory holds a data set of another configuration.
@@ -95,15 +107,20 @@ def build(directory: Path, config: DatasetConfig, processes: int = 1) -> None:
     _claim(directory, config)
     samples = directory / "samples.jsonl"
     done = _complete_lines(samples)
-    remaining = range(done, config.count)
+    # Samples are solved in the same batches wherever a build stops, so that every bit is the same.
+    most = min(BATCH, BATCH_PIXELS // config.size**2) if device is None else DEVICE_BATCH_PIXELS // config.size**2
+    size = max(1, most)
+    batches = [range(first, first + size) for first in range(done // size * size, config.count, size)]
     with (
         samples.open("a", encoding="utf-8") as lines,
         ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool,
+        tqdm(total=config.count, initial=done, desc=f"{config.size} x {config.size}") as progress,
     ):
-        results = pool.map(_make_sample, repeat(directory), repeat(config), remaining, chunksize=4)
-        for sample in tqdm(results, total=config.count, initial=done, desc=f"{config.size} x {config.size}"):
-            lines.write(json.dumps(asdict(sample)) + "\n")
+        wanted = [range(max(batch.start, done), min(batch.stop, config.count)) for batch in batches]
+        for made in pool.map(_make_samples, repeat(directory), repeat(config), batches, wanted, repeat(device)):
+            lines.writelines(json.dumps(asdict(sample)) + "\n" for sample in made)
             lines.flush()
+            progress.update(len(made))
 
 
 def read_samples(directory: Path) -> list[Sample]:
@@ -160,8 +177,32 @@ def _complete_lines(samples: Path) -> int:
     return whole.count("\n")
 
 
-def _make_sample(directory: Path, config: DatasetConfig, index: int) -> Sample:
-    """Make, solve and store one sample. Heights are quantised to 16 bits before the solve, as a user's would be."""
+@dataclass(frozen=True)
+class _Drawn:
+    """A surface and its problem, before the solve."""
+
+    name: str
+    seed: int
+    hurst: float
+    codes: NDArray[np.uint16]
+    problem: ContactProblem
+
+
+def _make_samples(directory: Path, config: DatasetConfig, batch: range, wanted: range, device: Device) -> list[Sample]:
+    """Draw and solve a batch, those of one boundary and pixel size side by side; store what is wanted of it, in order."""
+    drawn = {index: _draw(config, index) for index in batch}
+    kinds: dict[tuple[Boundary, tuple[float, float]], list[int]] = {}
+    for index, one in drawn.items():
+        kinds.setdefault((one.problem.boundary, one.problem.pixel_size), []).append(index)
+    solved: dict[int, Solution] = {}
+    for indices in kinds.values():
+        problems = [drawn[index].problem for index in indices]
+        solved |= zip(indices, solve_batch(problems, tolerance=config.tolerance, device=device), strict=True)
+    return [_store(directory, config, drawn[index], solved[index]) for index in wanted]
+
+
+def _draw(config: DatasetConfig, index: int) -> _Drawn:
+    """The surface of a sample. Heights are quantised to 16 bits before the solve, as a user's would be."""
     seed = config.seed + index
     generator = np.random.default_rng([seed, 1])
     hurst = float(generator.uniform(*config.hurst_range))
@@ -185,19 +226,23 @@ def _make_sample(directory: Path, config: DatasetConfig, index: int) -> Sample:
         relative = 10 ** generator.uniform(*LOG_LOAD_RANGE)
         load = relative * problem.effective_modulus * problem.nominal_area * problem.rms_slope
         problem = replace(problem, load=load)
-    solution = solve(problem, tolerance=config.tolerance)
-    name = f"{index:06d}"
-    Image.fromarray(codes).save(directory / f"{name}.png")
+    return _Drawn(f"{index:06d}", seed, hurst, codes, problem)
+
+
+def _store(directory: Path, config: DatasetConfig, drawn: _Drawn, solution: Solution) -> Sample:
+    """Write height map and mask of a sample."""
+    problem, name = drawn.problem, drawn.name
+    Image.fromarray(drawn.codes).save(directory / f"{name}.png", compress_level=COMPRESSION)
     Image.fromarray(solution.contact_mask).save(directory / f"{name}.mask.png", bits=1)
     return Sample(
         heights=f"{name}.png",
         mask=f"{name}.mask.png",
-        seed=seed,
-        hurst=hurst,
-        load_n=load,
-        boundary=boundary,
-        pixel_size_x_um=dx_um,
-        pixel_size_y_um=dy_um,
+        seed=drawn.seed,
+        hurst=drawn.hurst,
+        load_n=problem.load,
+        boundary=problem.boundary,
+        pixel_size_x_um=problem.pixel_size[1] * 1e6,
+        pixel_size_y_um=problem.pixel_size[0] * 1e6,
         height_range_um=config.height_range_um,
         effective_modulus_gpa=config.effective_modulus_gpa,
         tolerance=config.tolerance,

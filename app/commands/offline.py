@@ -37,6 +37,9 @@ def dataset(
     ] = DATASET.effective_modulus_gpa,
     tolerance: Annotated[float, typer.Option(help="Residual at which a solve ends.")] = DATASET.tolerance,
     processes: Processes = 1,
+    device: Annotated[
+        str | None, typer.Option(show_default="the processor", help="Device of torch to solve on, such as cuda.")
+    ] = None,
 ) -> None:
     """Build random midpoint surfaces (16-bit PNG), solve them, and store masks (1-bit PNG) and units."""
     config = DatasetConfig(
@@ -52,7 +55,7 @@ def dataset(
         effective_modulus_gpa=effective_modulus_gpa,
         tolerance=tolerance,
     )
-    build(directory, config, processes)
+    build(directory, config, processes, device)
 
 
 def train(

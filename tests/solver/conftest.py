@@ -33,6 +33,11 @@ def displacement(problem: ContactProblem, pressure: np.ndarray) -> np.ndarray:
     return np.fft.ifft2(np.fft.fft2(pressure) * 2 / q).real / problem.effective_modulus
 
 
+def fresh_gap(problem: ContactProblem, solution: Solution) -> np.ndarray:
+    """The gap that the pressure of a solution leaves at its approach, in m."""
+    return displacement(problem, solution.pressure) + problem.initial_gap - solution.approach
+
+
 def contact_violation(problem: ContactProblem, solution: Solution) -> float:
     """Largest of: sum p |g| / (F height scale), deepest penetration / height scale, load imbalance."""
     pressure = solution.pressure
