@@ -24,9 +24,7 @@ def test_a_sweep_is_its_loads_one_by_one() -> None:
 def test_close_loads_take_fewer_iterations_than_alone() -> None:
     loads = np.linspace(20, 40, 9)
     swept = sum(solution.iterations for _, solution in solve_sweep(PROBLEM, loads))  # type: ignore[arg-type]
-    alone = sum(
-        solve(ContactProblem(PROBLEM.heights, PROBLEM.pixel_size, load, PAPER_MODULUS)).iterations for load in loads
-    )
+    alone = sum(solve(ContactProblem(PROBLEM.heights, PROBLEM.pixel_size, load, PAPER_MODULUS)).iterations for load in loads)
     assert swept < 0.9 * alone
 
 
