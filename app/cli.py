@@ -9,6 +9,7 @@ import sys
 
 import typer
 
+from app.commands.benchmark import benchmark
 from app.commands.contact import predict, solve
 from app.commands.offline import dataset, evaluate, train
 from app.commands.serving import serve, worker
@@ -21,7 +22,7 @@ cli = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (serve, worker, predict, solve, dataset, train, evaluate):
+for command in (serve, worker, predict, solve, dataset, train, evaluate, benchmark):
     cli.command()(command)
 
 FIELD_NAME = re.compile(rf"\b({'|'.join(name for name in ProblemForm.model_fields if '_' in name)})\b")

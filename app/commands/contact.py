@@ -3,17 +3,21 @@
 import inspect
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import typer
 from tqdm import tqdm
 
 from app.forms import ProblemForm
 from app.uploads import decode_png
-from solver import boyer_resistance
+from solver import ContactProblem, Solution, boyer_resistance, constriction_resistance
 from solver import solve as solve_contact
+from solver.contact_statistics import conductance_per_area, contact_statistics
+from solver.operators import Method
+from solver.stiffness import contact_stiffness
 from worker.masks import mask_png
 
 HeightMapFile = Annotated[
@@ -94,11 +98,17 @@ def solve(
     mask: MaskFile = None,
     as_json: AsJson = False,
     tolerance: Annotated[float, typer.Option(help="Residual at which the solve ends, dimensionless.")] = 1e-6,
+    method: Annotated[str, typer.Option(help="How displacements are evaluated: fft or multilevel (free boundary).")] = "fft",
+    hardness_gpa: Annotated[
+        float | None, typer.Option(help="Highest pressure that the softer body bears.", show_default="elastic")
+    ] = None,
     **fields: str | None,
 ) -> None:
     """Solve the contact of a height map numerically; exit code 1 if the solve does not converge."""
     form = parse_form(fields)
     problem = form.problem(decode_png(file.read_bytes()))
+    if hardness_gpa is not None:
+        problem = replace(problem, hardness=hardness_gpa * 1e9)
     started = perf_counter()
     with tqdm(desc="solve", unit=" iterations") as bar:
 
@@ -106,30 +116,45 @@ def solve(
             bar.set_postfix(residual=f"{residual:.1e}", refresh=False)
             bar.update(iteration - bar.n)
 
-        solution = solve_contact(problem, tolerance=tolerance, on_iteration=show)
-    contact = solution.contact_mask
+        solution = solve_contact(problem, cast(Method, method), tolerance, on_iteration=show)
+    seconds = perf_counter() - started
     answer = {
         "status": solution.status.value,
         "converged": solution.converged,
         "residual": solution.residual,
         "iterations": solution.iterations,
-        "contact_area_mm2": float(contact.sum()) * problem.pixel_area * 1e6,
-        "contact_fraction": solution.contact_fraction,
-        "contact_resistance_ohm": None
-        if form.resistivity_ohm_m is None
-        else boyer_resistance(contact, problem.pixel_size, form.resistivity_ohm_m),
-        "approach_um": solution.approach * 1e6,
-        "highest_pressure_gpa": float(solution.pressure.max()) * 1e-9,
-        "solve_seconds": perf_counter() - started,
-    }
+        "solve_seconds": seconds,
+    } | contact_numbers(problem, solution, form.resistivity_ohm_m)
     if mask:
-        mask.write_bytes(mask_png(contact))
+        mask.write_bytes(mask_png(solution.contact_mask))
     if as_json:
         typer.echo(json.dumps(answer, indent=2))
     else:
         print_table({name: f"{value:.6g}" if isinstance(value, float) else str(value) for name, value in answer.items()})
     if not solution.converged:
         raise typer.Exit(1)
+
+
+def contact_numbers(problem: ContactProblem, solution: Solution, resistivity: float | None) -> dict[str, Any]:
+    """What a solution says of the contact, units in the names; None for what is not defined or not asked for."""
+    mask, statistics = solution.contact_mask, contact_statistics(problem, solution)
+    resistance = None if resistivity is None else constriction_resistance(mask, problem.pixel_size, resistivity)
+    return {
+        "contact_area_mm2": statistics.pixel_area * 1e6,
+        "corrected_contact_area_mm2": statistics.corrected_area * 1e6,
+        "contact_fraction": solution.contact_fraction,
+        "contact_spots": len(statistics.spot_areas),
+        "largest_spot_mm2": float(statistics.spot_areas[0]) * 1e6,
+        "mean_contact_pressure_gpa": statistics.pressure.mean * 1e-9,
+        "highest_pressure_gpa": statistics.pressure.largest * 1e-9,
+        "mean_gap_um": statistics.mean_gap * 1e6,
+        "approach_um": solution.approach * 1e6,
+        "elastic_energy_j": statistics.elastic_energy,
+        "contact_stiffness_n_per_m": contact_stiffness(problem, solution) if problem.boundary == "free" else None,
+        "contact_resistance_ohm": None if resistivity is None else boyer_resistance(mask, problem.pixel_size, resistivity),
+        "constriction_resistance_ohm": resistance,
+        "conductance_s_per_m2": None if resistance is None else conductance_per_area(resistance, problem),
+    }
 
 
 def print_table(rows: dict[str, str]) -> None:
