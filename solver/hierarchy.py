@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from solver.influence import free_coefficients
 from solver.problem import FloatArray, IntArray
-from solver.transfer import CORRECTION_TERMS, FIT_REACH, corrected, fitted, spline_weights
+from solver.transfer import CORRECTION_TERMS, corrected, fit_reach, fitted, spline_weights
 
 Pair = tuple[int, int]
 
@@ -109,7 +109,7 @@ def _sampled(factors: tuple[Pair, ...], aspect: float, order: int, shape: Pair) 
 @lru_cache(maxsize=64)
 def _near_origin(factors: tuple[Pair, ...], aspect: float, order: int, tile: int) -> FloatArray:
     """What :func:`_kernel` is near the origin of a grid that has been coarsened."""
-    shape = FIT_REACH + 1, FIT_REACH + 1
+    shape = fit_reach(tile) + 1, fit_reach(tile) + 1
     fine = _kernel(factors[:-1], aspect, order, tile, shape)
     return fitted(_sampled(factors, aspect, order, shape), fine, order, factors[-1], tile)
 

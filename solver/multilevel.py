@@ -6,14 +6,17 @@ displacement interpolated back. What the coarse sum says of touching tiles is pa
 of it is matrix products on tiles, linear in the number of pixels, and tiles without pressure, or whose displacement nobody
 asks for, cost nothing.
 
-Largest error relative to the largest displacement, for a contact pressure on 256 x 256 pixels, and products a pixel:
+Largest error relative to the largest displacement, for pressures of contact on 256 x 256 pixels, and products a pixel:
 
 =====  ====  =======  ========
 order  tile  error    products
 =====  ====  =======  ========
 4      6     1.5e-6   650
 4      8     7e-7     1150
-6      8     4e-8     1150
+6      8     5e-8     1150
+6      12    2e-9     2600
+8      12    2e-10    2600
+8      14    5e-11    3500
 =====  ====  =======  ========
 
 Source: Brandt & Lubrecht 1990, doi:10.1016/0021-9991(90)90171-V; Polonsky & Keer 1999, doi:10.1016/S0043-1648(99)00113-1.
@@ -42,7 +45,7 @@ class Multilevel:
         shape: (rows, columns) of the grid.
         pixel_size: (dy, dx) in any unit; only the aspect matters.
         precision: of the sums.
-        order: of the transfer, 4 or 6.
+        order: of the transfer, even.
         tile: pixels a side of a tile, even, with at least ``order`` / 2 coarse pixels under it.
     """
 

@@ -45,7 +45,7 @@ class Refined:
         pressure: shape (rows, columns).
         separation: displacement + initial gap, same shape.
         approach: delta.
-        residual: of the certificate.
+        residual: of the certificate, and what the error of the operator, which moves surfaces by the approach, may add.
         iterations: number taken.
         status: whether the residual is within the tolerance.
     """
@@ -128,7 +128,8 @@ def _passes(
         separation = exact(pressure) + initial_gap
         flat = (surfaces.size, -1)
         certificate = certify(xp.reshape(pressure, flat), xp.reshape(separation, flat), load, cap)
-        residual, approach = on_processor(certificate.residual), on_processor(certificate.approach)
+        approach = on_processor(certificate.approach)
+        residual = on_processor(certificate.residual) + operators.error * np.abs(approach)
         for i in np.flatnonzero(residual < lowest):
             best[surfaces[i]] = Refined(pressure[i], separation[i], float(approach[i]), float(residual[i]))
         near = (pressure > 0) | (separation - certificate.approach[:, None, None] < CANDIDATE_GAP)

@@ -24,7 +24,8 @@ class Solution:
         approach: rigid displacement delta of the flat from its first touch of the undeformed surface, in m.
         iterations: number of iterations taken.
         status: whether the residual is within the tolerance; its value is the message for people.
-        residual: the certificate (complementarity, penetration, load balance), dimensionless, evaluated afresh.
+        residual: the certificate (complementarity, penetration, load balance), dimensionless, evaluated afresh, with what
+            the error of the displacement may add.
     """
 
     pressure: FloatArray

@@ -12,20 +12,28 @@ from math import comb, factorial
 
 import numpy as np
 from scipy.interpolate import BSpline
+from scipy.special import zeta
 
 from solver.problem import FloatArray
 
-CORRECTION_TERMS = 4
+CORRECTION_TERMS = 6
 """Terms, in powers of the second difference, by which the smoothing of the splines is taken back far from the origin."""
 
-FITTED = 10
-"""Coarse offsets a side below which the kernel is fitted, because the correction there meets the singularity."""
-
-FIT_REACH = 24
-"""Fine offsets up to which the fit looks."""
-
-SMOOTHING = (1 / 24, 1 / 2880, 1 / 181440, 1 / 9676800)
+SMOOTHING = [float(zeta(2 * k)) / (k * (2 * np.pi) ** (2 * k)) for k in range(1, CORRECTION_TERMS + 1)]
 """-ln(sin(w/2) / (w/2)) in powers of w^2."""
+
+
+def fitted_size(tile: int) -> int:
+    """Coarse offsets a side below which the kernel is fitted, because the correction there meets the singularity.
+
+    Fewer leave errors, and more are not determined by the pairs that the fit sees.
+    """
+    return max(tile + 1, 9)
+
+
+def fit_reach(tile: int) -> int:
+    """Fine offsets up to which the fit looks."""
+    return 3 * tile
 
 
 @cache
@@ -88,25 +96,25 @@ def corrected(samples: FloatArray, order: int, coarsenings: tuple[int, int]) -> 
 
 
 @cache
-def _pair_weights(order: int, factor: int) -> tuple[FloatArray, FloatArray]:
+def _pair_weights(order: int, factor: int, reach: int) -> tuple[FloatArray, FloatArray]:
     """Weights of the coarse offsets for pairs of fine pixels in one direction.
 
     Returns:
-        Matrix (pairs, coarse offsets) and the fine offset of each pair, up to FIT_REACH. With factor 2 a pair is an offset
+        Matrix (pairs, coarse offsets) and the fine offset of each pair, up to the reach. With factor 2 a pair is an offset
         and which half of a coarse pixel the first lies in.
     """
     if factor == 1:
-        return np.eye(FIT_REACH + 1), np.arange(FIT_REACH + 1.0)
-    nodes = np.arange(-order, FIT_REACH)
+        return np.eye(reach + 1), np.arange(reach + 1.0)
+    nodes = np.arange(-order, reach)
     spline = BSpline.basis_element(np.arange(order + 1) - order / 2, extrapolate=False)
     rows, offsets = [], []
     for first in (0, 1):
         source = np.nan_to_num(spline((first + 0.5) / 2 - nodes - 0.5))
-        for offset in range(FIT_REACH + 1):
+        for offset in range(reach + 1):
             target = np.nan_to_num(spline((first + offset + 0.5) / 2 - nodes - 0.5))
-            pairs = np.zeros(FIT_REACH + 1)
+            pairs = np.zeros(reach + 1)
             distance = np.abs(nodes[:, np.newaxis] - nodes[np.newaxis, :])
-            inside = distance <= FIT_REACH
+            inside = distance <= reach
             np.add.at(pairs, distance[inside], np.outer(source, target)[inside])
             rows.append(pairs)
             offsets.append(float(offset))
@@ -119,12 +127,12 @@ def _fit(order: int, factors: tuple[int, int], tile: int) -> tuple[FloatArray, F
 
     Returns:
         The pairs' weights, shape (along rows, along columns), and the matrix from their weighted errors to the change of the
-        coarse kernel, shape (FITTED^2, pairs with a weight).
+        coarse kernel, shape (fitted_size^2, pairs with a weight).
     """
-    (along_y, dy), (along_x, dx) = (_pair_weights(order, factor) for factor in factors)
+    (along_y, dy), (along_x, dx) = (_pair_weights(order, factor, fit_reach(tile)) for factor in factors)
     apart = 1 - np.outer(1 - np.clip(dy / tile - 1, 0, 1), 1 - np.clip(dx / tile - 1, 0, 1))
-    weights = np.sqrt(apart)
-    pairs = np.einsum("ai,bj->abij", along_y[:, :FITTED], along_x[:, :FITTED])[apart > 0].reshape(-1, FITTED**2)
+    weights, size = np.sqrt(apart), fitted_size(tile)
+    pairs = np.einsum("ai,bj->abij", along_y[:, :size], along_x[:, :size])[apart > 0].reshape(-1, size**2)
     return weights, np.linalg.pinv(pairs * weights[apart > 0][:, np.newaxis], rcond=1e-15)
 
 
@@ -135,19 +143,19 @@ def fitted(coarse: FloatArray, fine: FloatArray, order: int, factors: tuple[int,
     exactly, whatever the coarse kernel.
 
     Args:
-        coarse: kernel at the coarse offsets, good away from the origin, at least FIT_REACH + 1 each way.
+        coarse: kernel at the coarse offsets, good away from the origin, at least ``fit_reach(tile)`` + 1 each way.
         fine: kernel at the fine offsets, as many.
         order: of the B-splines.
         factors: 2 in the directions that are coarsened, 1 in the other.
         tile: pixels a side of a tile.
 
     Returns:
-        Shape (FITTED, FITTED).
+        Shape (fitted_size(tile), fitted_size(tile)).
     """
-    (along_y, dy), (along_x, dx) = (_pair_weights(order, factor) for factor in factors)
-    size_y, size_x = along_y.shape[1], along_x.shape[1]
+    (along_y, dy), (along_x, dx) = (_pair_weights(order, factor, fit_reach(tile)) for factor in factors)
+    size_y, size_x, size = along_y.shape[1], along_x.shape[1], fitted_size(tile)
     weights, solution = _fit(order, factors, tile)
     error = fine[np.ix_(dy.astype(int), dx.astype(int))] - along_y @ coarse[:size_y, :size_x] @ along_x.T
     change = solution @ (error * weights)[weights > 0]
-    result: FloatArray = coarse[:FITTED, :FITTED] + change.reshape(FITTED, FITTED)
+    result: FloatArray = coarse[:size, :size] + change.reshape(size, size)
     return result

@@ -8,8 +8,7 @@ from rq import get_current_job
 from rq.job import Job
 
 from model.metrics import compare
-from solver import Status, boyer_resistance, solve
-from solver.operators import Method
+from solver import ContactProblem, Solution, Status, boyer_resistance, solve
 from solver.problem import BoolArray
 from worker.errors import JobNotFoundError
 from worker.masks import mask_png
@@ -84,13 +83,24 @@ class _Reporter:
         self.job.save_meta()
 
 
+def _reference(problem: ContactProblem, on_iteration: _Reporter) -> Solution:
+    """The solution by the multilevel sum, which shares nothing with the transforms that the prediction may rest on.
+
+    Transforms take over where it cannot be used: on periodic surfaces, and where its error is too large beside the gap.
+    """
+    if problem.boundary == "periodic":
+        return solve(problem, on_iteration=on_iteration)
+    solution = solve(problem, "multilevel", on_iteration=on_iteration)
+    if solution.converged:
+        return solution
+    return solve(problem, initial_pressure=solution.pressure, on_iteration=on_iteration)
+
+
 def solve_and_compare(parcel: Parcel, on_iteration: _Reporter) -> tuple[dict[str, Any], BoolArray]:
     """Solve the problem of a parcel and compare the reference mask with the predicted one."""
     problem, predicted, resistivity = parcel.problem, parcel.predicted_mask, parcel.resistivity
     started = time.perf_counter()
-    # The multilevel sum has nothing in common with the transforms that the surrogate's features rest on.
-    method: Method = "multilevel" if problem.boundary == "free" else "fft"
-    solution = solve(problem, method, on_iteration=on_iteration)
+    solution = _reference(problem, on_iteration)
     seconds = time.perf_counter() - started
     mask = solution.contact_mask
 

@@ -37,6 +37,7 @@ def test_pixels_may_be_very_long(aspect: float) -> None:
         (4, 6, "float64", 5e-6, 2e-5),
         (4, 8, "float64", 1.5e-6, 5e-6),
         (6, 8, "float64", 2e-7, 5e-7),
+        (8, 14, "float64", 3e-10, 5e-10),
         (6, 8, "float32", 2e-6, 2e-6),
     ],
 )
