@@ -19,13 +19,17 @@ from app.errors import (
     TransparentPngError,
     TruncatedPngError,
 )
-from solver.problem import LARGEST_SIDE, FloatArray
+from solver.problem import FloatArray
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 HEADER = struct.Struct(">8sI4sIIBB")
 """Signature, then the IHDR chunk: its length, name, columns, rows, bit depth, colour type (PNG, section 11.2.2)."""
 
 GREY, COLOUR, PALETTE, GREY_ALPHA, COLOUR_ALPHA = 0, 2, 3, 4, 6
+
+LARGEST_SIDE = 4096
+"""Pixels a side; the solver takes more, but a service has several at a time in memory."""
+
 EXPORT = "Export the heights as an 8- or, better, 16-bit grey PNG"
 
 

@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from solver import random_midpoint_displacement
+from solver import ContactProblem, random_midpoint_displacement
+from solver.problem import Boundary
 
 SIZE = 64
 PIXEL = 1e-3 / SIZE
@@ -73,3 +74,9 @@ HOPELESS: dict[str, tuple[dict[str, Any], float]] = {
     "tolerance of 1e-30": ({}, 1e-30),
 }
 """Problems with tolerances that no double precision reaches."""
+
+
+def midpoint_problem(size: int, load: float, boundary: Boundary = "free", seed: int = 1) -> ContactProblem:
+    """A random midpoint surface of 1 mm square and 50 um high with the paper's material."""
+    heights = random_midpoint_displacement(size, seed=seed) * 50e-6
+    return ContactProblem(heights, (1e-3 / size, 1e-3 / size), load, 6.843e9, boundary)

@@ -1,4 +1,4 @@
-"""A judge of pressures that shares nothing with the solver: SciPy's convolution with Love's coefficients as he wrote them."""
+"""A judge of pressures that shares nothing with the solver: SciPy's convolution, Love's coefficients as he wrote them."""
 
 from itertools import product
 
@@ -32,7 +32,7 @@ def displacement(problem: ContactProblem, pressure: np.ndarray) -> np.ndarray:
 
 
 def violation(problem: ContactProblem, pressure: np.ndarray) -> float:
-    """Largest of sum p |g| / (F height scale), deepest penetration / height scale and load imbalance; inf for no pressure."""
+    """Largest of sum p |g| / (F height scale), deepest penetration / height scale, load imbalance; inf for no pressure."""
     if not np.isfinite(pressure).all() or pressure.min() < -1e-9 * np.abs(pressure).max() or pressure.max() <= 0:
         return float("inf")
     pressure = np.maximum(pressure, 0)

@@ -1,144 +1,96 @@
-"""Time and certificate of the solver beside those of other packages, on random midpoint surfaces, in one run, one thread.
+"""Time of the solver beside that of other packages on random midpoint surfaces, one thread.
 
-    pip install -e '.[dev,peers]'    # aspher is built from source and needs Eigen (Debian: libeigen3-dev)
-    OMP_NUM_THREADS=1 python -m benchmarks.peers [SIZE ...]
+    asperity benchmark peers [SIZE ...]
 
-Every pressure is judged by the same certificate: ours, with a fresh convolution. Operators are built anew in each solve,
-as the peers do. aspher runs in its fastest modes, single precision: FFT and H2 with active set.
+All are asked for 1e-6; behind the best time of three is what an independent check (benchmarks/certificates.py) says of the
+pressure. `ours` builds its operators anew in each solve, as the others do; `again` keeps them, as it does when one grid is
+solved after another. aspher runs in its fastest modes, single precision; `aspher / ours` compares with the faster one.
 """
 
 import sys
 import time
-from collections.abc import Callable
 
-import aspher
 import numpy as np
-import tamaas
-from ContactMechanics import FreeFFTElasticHalfSpace
-from ContactMechanics.Optimization import constrained_conjugate_gradients
 
-from solver import ContactProblem, random_midpoint_displacement, solve
-from solver.certificate import certify
-from solver.convolution import _free_spectrum, convolution
-from solver.problem import FloatArray
+from benchmarks.cases import midpoint_problem
+from benchmarks.certificates import violation
+from benchmarks.one_thread import one_thread
+from benchmarks.peer_process import PeerProcess
+from solver import ContactProblem, convolution, full_contact, hierarchy, influence, operators, solve, transfer
 
 TOLERANCE = 1e-6
-SIDE, HEIGHT, MODULUS = 1e-3, 50e-6, 6.843e9
-LOADS = {"free": (30.0, 200.0, 1000.0, 1e5), "periodic": (30.0,)}
+ASPHER = ("aspher, FFT, single", "aspher, H2, single")
+OTHERS = ("slippy", "ContactMechanics", "Tamaas")
+CASES = (("free", 30.0), ("free", 200.0), ("free", 1000.0), ("free", 1e5), ("periodic", 30.0), ("periodic", 1e5))
 SLOW_FROM = 512
-"""Pixels a side where ContactMechanics and Tamaas are run at 30 N alone; beyond it, where they take minutes, not at all."""
-
-Solver = Callable[[ContactProblem], FloatArray]
+"""Pixels a side where the others are run at 30 N alone; beyond it, where they take minutes, not at all."""
 
 
-def ours(problem: ContactProblem) -> FloatArray:
-    """This package, with nothing kept from earlier solves."""
-    convolution.cache_clear()
-    _free_spectrum.cache_clear()
-    return solve(problem, tolerance=TOLERANCE).pressure
+def _forget() -> None:
+    """Drop what was kept from earlier solves."""
+    for module in (convolution, full_contact, hierarchy, influence, operators, transfer):
+        for value in vars(module).values():
+            if hasattr(value, "cache_clear"):
+                value.cache_clear()
 
 
-def aspher_with(**mode: object) -> Solver:
-    """aspher in a mode."""
-
-    def run(problem: ContactProblem) -> FloatArray:
-        size = problem.shape[0]
-        result = aspher.solve_nested(
-            grid_size=size,
-            gap=(problem.initial_gap / SIDE).ravel(),
-            p_nominal=problem.nominal_pressure / MODULUS,
-            coarsest=32,
-            tol=TOLERANCE,
-            single_precision=True,
-            light_result=True,
-            **mode,
-        )
-        return np.asarray(result.pressure).reshape(size, size) * MODULUS
-
-    return run
-
-
-def contact_mechanics(problem: ContactProblem) -> FloatArray:
-    """ContactMechanics, free boundary."""
-    substrate = FreeFFTElasticHalfSpace(problem.shape, MODULUS, (SIDE, SIDE))
-    result = constrained_conjugate_gradients(
-        substrate,
-        np.array(problem.heights),
-        external_force=problem.load,
-        pentol=TOLERANCE * problem.rms_height,
-        forcetol=TOLERANCE,
-        thermotol=TOLERANCE,
-        maxiter=5000,
-    )
-    return np.asarray(result.jac) / problem.pixel_area
-
-
-def tamaas_solver(problem: ContactProblem) -> FloatArray:
-    """Tamaas, either boundary."""
-    model = tamaas.ModelFactory.createModel(tamaas.model_type.basic_2d, [SIDE, SIDE], list(problem.shape))
-    model.E, model.nu = MODULUS, 0
-    solver = tamaas.PolonskyKeerRey(model, np.array(problem.heights), TOLERANCE)
-    if problem.boundary == "free":
-        tamaas.ModelFactory.registerNonPeriodic(model, "free")
-        solver.setIntegralOperator("free")
-    solver.solve(problem.nominal_pressure)
-    return np.array(model.traction)
-
-
-def residual(problem: ContactProblem, pressure: FloatArray) -> float:
-    """The certificate of a pressure."""
-    scale = problem.rms_height
-    unit = MODULUS * scale / np.sqrt(problem.pixel_area)
-    pressure = np.maximum(pressure, 0) / unit
-    displacement = convolution(problem.boundary, problem.shape, problem.pixel_size)(pressure)
-    load = problem.load / (problem.pixel_area * unit)
-    return certify(pressure, displacement + problem.initial_gap / scale, load).residual
+def _best(problem: ContactProblem, keep: bool) -> tuple[float, np.ndarray]:
+    times: list[float] = []
+    while len(times) < 3 and sum(times) < 10:
+        if not keep:
+            _forget()
+        started = time.perf_counter()
+        solution = solve(problem, tolerance=TOLERANCE)
+        times.append(time.perf_counter() - started)
+    return min(times), solution.pressure
 
 
 def main() -> None:
-    """Print a table, one case a row; seconds are the best of three, certificate in brackets."""
-    tamaas.set_log_level(tamaas.LogLevel.error)
-    print("| N | boundary | load N | contact | ours | aspher FFT | aspher H2 | ContactMechanics | Tamaas | aspher / ours |")
-    print("|---|---|---|---|---|---|---|---|---|---|")
-    for size in map(int, sys.argv[1:] or ("128", "256", "512")):
-        heights = random_midpoint_displacement(size, seed=1) * HEIGHT
-        for boundary, loads in LOADS.items():
-            for load in loads:
-                problem = ContactProblem(heights, (SIDE / size, SIDE / size), load, MODULUS, boundary)  # type: ignore[arg-type]
-                _row(problem)
+    """Print a table, one case a row."""
+    peers = {name: PeerProcess(name, 600.0) for name in (*ASPHER, *OTHERS)}
+    print(f"| N | boundary | load N | contact | ours | again | {' | '.join(peers)} | aspher / ours | aspher / again |")
+    print("|---|---|---|---|---|---|" + "---|" * len(peers) + "---|---|")
+    for size in map(int, sys.argv[1:] or ("128", "256", "512", "1024")):
+        for boundary, load in CASES:
+            _row(peers, midpoint_problem(size, load, boundary))  # type: ignore[arg-type]
+    for peer in peers.values():
+        peer.close()
 
 
-def _row(problem: ContactProblem) -> None:
-    free = problem.boundary == "free"
+def _row(peers: dict[str, PeerProcess], problem: ContactProblem) -> None:
     size = problem.shape[0]
-    unhurried = size < SLOW_FROM or (size == SLOW_FROM and problem.load == LOADS["free"][0])
-    solvers: list[Solver | None] = [
-        ours,
-        aspher_with(backend="fft" if free else "periodic"),
-        aspher_with(backend="h2", active_set=True) if free else None,
-        contact_mechanics if free and unhurried else None,
-        tamaas_solver if unhurried else None,
-    ]
-    seconds, cells = [], []
-    for solver in solvers:
-        if solver is None:
-            seconds.append(np.inf)
+    unhurried = size < SLOW_FROM or (size == SLOW_FROM and problem.load == CASES[0][1])
+    cold, pressure = _best(problem, keep=False)
+    warm, _ = _best(problem, keep=True)
+    cells = [f"{cold:.3f} ({violation(problem, pressure):.0e})", f"{warm:.3f}"]
+    fastest = np.inf
+    for name, peer in peers.items():
+        if not peer.installed or (name in OTHERS and not unhurried):
             cells.append("")
             continue
-        times = []
-        while len(times) < 3 and sum(times) < 10:
-            started = time.perf_counter()
-            pressure = solver(problem)
-            times.append(time.perf_counter() - started)
-        seconds.append(min(times))
-        cells.append(f"{min(times):.3f} ({residual(problem, pressure):.0e})")
-    fraction = float((ours(problem) > 0).mean())
+        outcome = peer(
+            heights=problem.heights,
+            pixel_size=problem.pixel_size,
+            load=problem.load,
+            effective_modulus=problem.effective_modulus,
+            boundary=problem.boundary,
+            tolerance=TOLERANCE,
+            repeats=3,
+        )
+        if outcome.pressure is None:
+            cells.append("" if outcome.kind == "not supported" else outcome.kind)
+            continue
+        cells.append(f"{outcome.seconds:.3f} ({violation(problem, outcome.pressure):.0e})")
+        if name in ASPHER:
+            fastest = min(fastest, outcome.seconds)
+    fraction = float((pressure > 0).mean())
     print(
         f"| {size} | {problem.boundary} | {problem.load:g} | {fraction:.1%} | {' | '.join(cells)} "
-        f"| {min(seconds[1:3]) / seconds[0]:.1f} |",
+        f"| {fastest / cold:.1f} | {fastest / warm:.1f} |",
         flush=True,
     )
 
 
 if __name__ == "__main__":
+    one_thread()
     main()

@@ -3,6 +3,7 @@
 torch is imported only when a device is named.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,12 +11,16 @@ from array_api_compat import array_namespace
 from scipy import fft
 from scipy.sparse import csr_array
 
+from solver.threads import side_by_side
+
 Array = Any
 """A NumPy array or a torch tensor."""
 
 Device = str | None
 """A device of torch; None is the processor, by NumPy."""
 
+ROWS = 2**15
+"""Rows of a sparse matrix multiplied at a time."""
 
 _NAMESPACES: dict[type, Any] = {}
 
@@ -37,14 +42,26 @@ def moved(array: Any, device: Device) -> Array:
     return torch.as_tensor(array, device=device)
 
 
-def moved_matrix(matrix: csr_array, device: Device) -> Any:
-    """A sparse matrix on a device, to be applied by ``@``."""
-    if device is None:
-        return matrix
-    import torch
+def sparse_product(matrix: csr_array, device: Device) -> Callable[[Array], Array]:
+    """The product of a sparse matrix with vectors on a device."""
+    if device is not None:
+        import torch
 
-    rows, columns, values = (moved(part, device) for part in (matrix.indptr, matrix.indices, matrix.data))
-    return torch.sparse_csr_tensor(rows, columns, values, size=matrix.shape)
+        rows, columns, values = (moved(part, device) for part in (matrix.indptr, matrix.indices, matrix.data))
+        tensor = torch.sparse_csr_tensor(rows, columns, values, size=matrix.shape, check_invariants=False)
+        return lambda vector: tensor @ vector
+    blocks = [(slice(first, first + ROWS), matrix[first : first + ROWS]) for first in range(0, matrix.shape[0], ROWS)]
+
+    def product(vector: Array) -> Array:
+        result = np.empty(matrix.shape[0])
+
+        def multiply(block: tuple[slice, csr_array]) -> None:
+            result[block[0]] = block[1] @ vector
+
+        side_by_side(multiply, blocks)
+        return result
+
+    return product
 
 
 def on_processor(array: Array) -> Any:

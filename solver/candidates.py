@@ -10,7 +10,7 @@ import numpy as np
 from scipy import fft
 from scipy.sparse import csr_array
 
-from solver.arrays import Array, moved, moved_matrix, namespace
+from solver.arrays import Array, moved, namespace, sparse_product
 from solver.convolution import Convolution
 from solver.full_contact import Filter
 from solver.influence import free_coefficients
@@ -68,7 +68,7 @@ class Candidates:
         self._displace = convolution.between(self._places)
         self._full_contact = full_contact
         if full_contact is None:
-            self._stencil = moved_matrix(_stencil_matrix(mask, places, stencil(pixel_size)), self._device)
+            self._stencil = sparse_product(_stencil_matrix(mask, places, stencil(pixel_size)), self._device)
 
     def gather(self, field: Array, fill: float) -> Array:
         """The values of a field, shape (surfaces, rows, columns), at the candidates; ``fill`` in places without one."""
@@ -102,7 +102,7 @@ class Candidates:
         xp = namespace(values)
         if self._full_contact is not None:
             return xp.reshape(self._full_contact(xp.reshape(values, self.shape)), values.shape) * working
-        return xp.reshape(self._stencil @ xp.reshape(values, (-1,)), values.shape) * working
+        return xp.reshape(self._stencil(xp.reshape(values, (-1,))), values.shape) * working
 
 
 def _stencil_matrix(mask: BoolArray, places: IntArray, coefficients: tuple[float, float, float, float]) -> csr_array:

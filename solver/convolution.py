@@ -14,6 +14,7 @@ from scipy import fft
 from solver.arrays import Array, Device, fourier, moved, namespace
 from solver.influence import free_coefficients, periodic_spectrum
 from solver.problem import Boundary, FloatArray
+from solver.threads import side_by_side, threads
 
 Precision = Literal["float32", "float64"]
 
@@ -122,7 +123,7 @@ class FreeConvolution(_FourierConvolution):
         if isinstance(pressure, np.ndarray):
             displacement = np.empty((*pressure.shape[:-1], self.width), self.dtype)
             for one, result in zip(pressure, displacement, strict=True):
-                result[:] = self._displacement(one, round(self.spectrum.nbytes * 2 / CACHED))
+                result[:] = self._displacement(one, -(-self.spectrum.nbytes * 2 // CACHED))
             return displacement
         return self._displacement(pressure, 1)
 
@@ -130,14 +131,18 @@ class FreeConvolution(_FourierConvolution):
         """The transforms, those along columns in so many parts."""
         rows = self.shape[0]
         transforms = fourier(pressure)
-        transform = transforms.rfft(pressure, n=self.padded[1], axis=-1)
-        block = -(-transform.shape[-1] // max(1, parts))
-        for first in range(0, transform.shape[-1], block):
-            columns = slice(first, first + block)
+        with fft.set_workers(threads() if parts > 1 else 1):
+            transform = transforms.rfft(pressure, n=self.padded[1], axis=-1)
+
+        def transform_columns(columns: slice) -> None:
             part = transforms.fft(transform[..., columns], n=self.padded[0], axis=-2)
             part *= self.spectrum[:, columns]
             transform[..., columns] = transforms.ifft(part, axis=-2)[..., :rows, :]
-        return transforms.irfft(transform, n=self.padded[1], axis=-1)
+
+        block = -(-transform.shape[-1] // parts)
+        side_by_side(transform_columns, [slice(first, first + block) for first in range(0, transform.shape[-1], block)])
+        with fft.set_workers(threads() if parts > 1 else 1):
+            return transforms.irfft(transform, n=self.padded[1], axis=-1)
 
 
 class PeriodicConvolution(_FourierConvolution):
@@ -150,9 +155,10 @@ class PeriodicConvolution(_FourierConvolution):
 
     def _wide(self, pressure: Array) -> Array:
         transforms = fourier(pressure)
-        transform = transforms.rfftn(pressure, axes=(-2, -1))
-        transform *= self.spectrum
-        return transforms.irfftn(transform, s=self.shape, axes=(-2, -1))
+        with fft.set_workers(threads() if self.spectrum.size > CACHED else 1):
+            transform = transforms.rfftn(pressure, axes=(-2, -1))
+            transform *= self.spectrum
+            return transforms.irfftn(transform, s=self.shape, axes=(-2, -1))
 
 
 @lru_cache(maxsize=8)

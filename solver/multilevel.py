@@ -33,8 +33,9 @@ from solver.arrays import Device
 from solver.hierarchy import Pair, hierarchy
 from solver.problem import IntArray
 from solver.routes import Route, numbered, routes
+from solver.threads import side_by_side
 
-CHUNK = 256
+CHUNK = 512
 """Tiles summed at a time, few enough to stay in the cache."""
 
 
@@ -108,19 +109,16 @@ class Multilevel:
         for level, route in zip(self._levels, ways, strict=True):
             matrix = level.matrices.restriction
             blocks = np.zeros((route.coarse_sources * level.factors[0] * level.factors[1], matrix.shape[1]), self.dtype)
-            for chunk in _chunks(len(route.blocks)):
-                blocks[route.blocks[chunk]] = _around(pressures[-1], route.block_tiles[chunk]) @ matrix
+            _add_products(blocks, route.blocks, pressures[-1], route.block_tiles, matrix)
             pressures.append(_with_zero(blocks.reshape(route.coarse_sources, self.tile**2)))
         side = self._bottom.shape[0]
         displacement: NDArray[Any] = (pressures.pop()[:-1].reshape(-1, side) @ self._bottom).reshape(-1, self.tile**2)
         for level, route, pressure in zip(self._levels[::-1], ways[::-1], pressures[::-1], strict=True):
             matrices = level.matrices
             coarse = _with_zero(displacement.reshape(-1, matrices.restriction.shape[1]))
-            displacement = np.empty((route.targets, self.tile**2), self.dtype)
-            for chunk in _chunks(route.targets):
-                np.matmul(_around(coarse, route.target_blocks[chunk]), matrices.interpolation, out=displacement[chunk])
-            for chunk in _chunks(len(route.near_rows)):
-                displacement[route.near_rows[chunk]] += _around(pressure, route.near_tiles[chunk]) @ matrices.near
+            displacement = np.zeros((route.targets, self.tile**2), self.dtype)
+            _add_products(displacement, np.arange(route.targets), coarse, route.target_blocks, matrices.interpolation)
+            _add_products(displacement, route.near_rows, pressure, route.near_tiles, matrices.near)
         return displacement
 
 
@@ -129,10 +127,13 @@ def _with_zero(tiles: NDArray[Any]) -> NDArray[Any]:
     return np.concatenate([tiles, np.zeros((1, tiles.shape[1]), tiles.dtype)])
 
 
-def _around(tiles: NDArray[Any], indices: IntArray) -> NDArray[Any]:
-    """The pixels of the 3 x 3 tiles around, side by side, shape (places, 9 pixels)."""
-    return np.take(tiles, indices, axis=0).reshape(len(indices), -1)
+def _add_products(
+    results: NDArray[Any], rows: IntArray, tiles: NDArray[Any], around: IntArray, matrix: NDArray[Any]
+) -> None:
+    """Add to the rows of the results the products of the matrix with the 3 x 3 tiles around, (rows, 9)."""
 
+    def add(chunk: slice) -> None:
+        pixels = np.take(tiles, around[chunk], axis=0).reshape(-1, matrix.shape[0])
+        results[rows[chunk]] += pixels @ matrix
 
-def _chunks(count: int) -> list[slice]:
-    return [slice(first, first + CHUNK) for first in range(0, count, CHUNK)]
+    side_by_side(add, [slice(first, first + CHUNK) for first in range(0, len(rows), CHUNK)])

@@ -21,7 +21,7 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
 SMALLEST_SIDE = 4
-LARGEST_SIDE = 4096
+LARGEST_SIDE = 8192
 MOST_ASPECT = 1000.0
 
 

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from benchmarks.certificates import love
 from solver.convolution import convolution
-from tests.solver.conftest import love
 
 SHAPES = [(4, 4), (7, 12), (16, 5), (31, 32)]
 
@@ -12,7 +12,7 @@ SHAPES = [(4, 4), (7, 12), (16, 5), (31, 32)]
 def test_free_boundary_equals_the_direct_sum(shape: tuple[int, int], pixel_size: tuple[float, float]) -> None:
     pressure = np.random.default_rng(0).random(shape)
     rows, columns = shape
-    coefficients = love(*pixel_size, rows, columns)
+    coefficients = love(pixel_size, (rows, columns))
     direct = np.zeros(shape)
     for i in range(rows):
         for j in range(columns):

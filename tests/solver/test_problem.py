@@ -21,7 +21,7 @@ WITH_NAN[3, 5] = np.nan
     [
         ({"heights": np.zeros(16)}, InvalidHeightsError, "(rows, columns)"),
         ({"heights": np.zeros((3, 8))}, InvalidHeightsError, "3 x 8"),
-        ({"heights": np.zeros((4, 4097))}, InvalidHeightsError, "4 to 4096"),
+        ({"heights": np.zeros((4, 8193))}, InvalidHeightsError, "4 to 8192"),
         ({"heights": WITH_NAN}, InvalidHeightsError, "row 3, column 5"),
         ({"pixel_size": (1e-6, 0.0)}, InvalidPixelSizeError, "(1e-06, 0) m"),
         ({"pixel_size": 1e-6}, InvalidPixelSizeError, "pair"),
