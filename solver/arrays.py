@@ -3,6 +3,7 @@
 torch is imported only when a device is named.
 """
 
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -48,7 +49,9 @@ def sparse_product(matrix: csr_array, device: Device) -> Callable[[Array], Array
         import torch
 
         rows, columns, values = (moved(part, device) for part in (matrix.indptr, matrix.indices, matrix.data))
-        tensor = torch.sparse_csr_tensor(rows, columns, values, size=matrix.shape, check_invariants=False)
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "Sparse CSR tensor support is in beta")
+            tensor = torch.sparse_csr_tensor(rows, columns, values, size=matrix.shape, check_invariants=False)
         return lambda vector: tensor @ vector
     blocks = [(slice(first, first + ROWS), matrix[first : first + ROWS]) for first in range(0, matrix.shape[0], ROWS)]
 

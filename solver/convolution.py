@@ -73,7 +73,7 @@ class _FourierConvolution:
         width: columns of the array that the inverse transform makes, of which the first are the displacement.
         spectrum: what the transform of the pressure is multiplied by.
         precision: of the transforms.
-        device: where they run.
+        device: where they run; on a processor those along columns run in parts that stay in its cache.
     """
 
     def __init__(
@@ -84,6 +84,8 @@ class _FourierConvolution:
         self.shape = shape
         self.width = width
         self.spectrum = moved(spectrum.astype(precision, copy=False), device)
+        self.parts = -(-spectrum.size * self.dtype.itemsize * 2 // CACHED) if device is None else 1
+        self.workers = threads() if self.parts > 1 else 1
 
     def _wide(self, pressure: Array) -> Array:
         """Displacement and what the padding leaves behind it, shape (surfaces, rows, width)."""
@@ -123,15 +125,14 @@ class FreeConvolution(_FourierConvolution):
         if isinstance(pressure, np.ndarray):
             displacement = np.empty((*pressure.shape[:-1], self.width), self.dtype)
             for one, result in zip(pressure, displacement, strict=True):
-                result[:] = self._displacement(one, -(-self.spectrum.nbytes * 2 // CACHED))
+                result[:] = self._displacement(one)
             return displacement
-        return self._displacement(pressure, 1)
+        return self._displacement(pressure)
 
-    def _displacement(self, pressure: Array, parts: int) -> Array:
-        """The transforms, those along columns in so many parts."""
+    def _displacement(self, pressure: Array) -> Array:
         rows = self.shape[0]
         transforms = fourier(pressure)
-        with fft.set_workers(threads() if parts > 1 else 1):
+        with fft.set_workers(self.workers):
             transform = transforms.rfft(pressure, n=self.padded[1], axis=-1)
 
         def transform_columns(columns: slice) -> None:
@@ -139,9 +140,9 @@ class FreeConvolution(_FourierConvolution):
             part *= self.spectrum[:, columns]
             transform[..., columns] = transforms.ifft(part, axis=-2)[..., :rows, :]
 
-        block = -(-transform.shape[-1] // parts)
+        block = -(-transform.shape[-1] // self.parts)
         side_by_side(transform_columns, [slice(first, first + block) for first in range(0, transform.shape[-1], block)])
-        with fft.set_workers(threads() if parts > 1 else 1):
+        with fft.set_workers(self.workers):
             return transforms.irfft(transform, n=self.padded[1], axis=-1)
 
 
@@ -155,7 +156,7 @@ class PeriodicConvolution(_FourierConvolution):
 
     def _wide(self, pressure: Array) -> Array:
         transforms = fourier(pressure)
-        with fft.set_workers(threads() if self.spectrum.size > CACHED else 1):
+        with fft.set_workers(self.workers):
             transform = transforms.rfftn(pressure, axes=(-2, -1))
             transform *= self.spectrum
             return transforms.irfftn(transform, s=self.shape, axes=(-2, -1))
