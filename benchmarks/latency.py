@@ -1,6 +1,6 @@
 """Time from upload to answer at 512 x 512, warm, against the reference solve of the same map in the same run.
 
-python -m benchmarks.latency
+asperity benchmark latency
 """
 
 import tempfile

@@ -1,10 +1,14 @@
-"""Restarts a benchmark with a given number of threads, for libraries read it when they are loaded."""
+"""One thread for a benchmark and the processes that it starts."""
 
 import os
-import sys
+
+from threadpoolctl import threadpool_limits
+
+from solver.threads import threads
 
 
 def one_thread() -> None:
-    """Run this command again with one thread, unless it does so already."""
-    if os.environ.get("OMP_NUM_THREADS") != "1":
-        os.execve(sys.executable, sys.orig_argv, os.environ | {"OMP_NUM_THREADS": "1"})  # noqa: S606
+    """Keep the solver, BLAS and whatever is started from here to one thread; call it before the first solve."""
+    os.environ["OMP_NUM_THREADS"] = "1"
+    threadpool_limits(1)
+    threads.cache_clear()

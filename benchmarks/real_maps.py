@@ -1,6 +1,6 @@
 """Predictions and verifications of measured height maps over HTTP.
 
-    python -m benchmarks.real_maps DIRECTORY [PICTURES]
+    asperity benchmark real-maps DIRECTORY [PICTURES]
 
 DIRECTORY holds the maps and ``surfaces.json`` (name, png, pixel_size_x_um, pixel_size_y_um, height_range_um); the load of
 each is chosen so that about a twentieth of it touches. Heights under the masks are drawn into PICTURES.

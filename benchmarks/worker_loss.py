@@ -1,6 +1,6 @@
 """Kill -9 of the worker during the verification of a 1024 x 1024 map: how long until its job is finished all the same.
 
-python -m benchmarks.worker_loss
+asperity benchmark worker-loss
 """
 
 import os

@@ -75,8 +75,12 @@ class Surrogate:
         return self.weights.version
 
     def predict(self, problem: ContactProblem) -> Prediction:
-        """Predict where the bodies touch; maps under ``SMALLEST_SIDE`` pixels a side and flat ones are solved instead."""
-        if min(problem.shape) < SMALLEST_SIDE or problem.rms_height == 0:
+        """Predict where the bodies touch.
+
+        Maps under ``SMALLEST_SIDE`` pixels a side, flat ones and those with a hardness, of which the network knows nothing,
+        are solved instead.
+        """
+        if min(problem.shape) < SMALLEST_SIDE or problem.rms_height == 0 or problem.hardness is not None:
             return _solved(problem)
         started = perf_counter()
         inputs = features(problem)

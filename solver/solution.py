@@ -11,7 +11,7 @@ class Status(Enum):
 
     CONVERGED = "Converged: a fresh check of the contact conditions is within the tolerance."
     ITERATION_LIMIT = "Stopped at the iteration limit: the pressure is the last one, not within the tolerance."
-    STAGNATED = "Stagnated: rounding errors keep the contact conditions from the tolerance."
+    STAGNATED = "Stagnated: rounding, or the error of the displacement, keeps the contact conditions from the tolerance."
 
 
 @dataclass(frozen=True, eq=False)
