@@ -16,7 +16,8 @@ import torch
 from benchmarks.cases import midpoint_problem
 from benchmarks.one_thread import one_thread
 from benchmarks.peer_process import PeerProcess
-from solver import ContactProblem, solve_batch
+from solver import ContactProblem
+from solver.solve import solve_batch
 
 COUNT, BATCH = 64, 16
 LARGE = 512
