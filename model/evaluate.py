@@ -76,7 +76,8 @@ def evaluate(
 
 def _evaluate_size(surrogate: Surrogate, directory: Path, size: int) -> Row:
     comparisons, resistance_errors, expected, seconds = [], [], [], []
-    for problem, reference in tqdm(read_pairs(directory), desc=f"evaluate {size}", unit="map"):
+    for problem, pressure in tqdm(read_pairs(directory), desc=f"evaluate {size}", unit="map"):
+        reference = pressure > 0
         started = perf_counter()
         prediction = surrogate.predict(problem)
         seconds.append(perf_counter() - started)

@@ -4,6 +4,9 @@ One network serves every material, load, size and grid, because nothing here has
 s * rms slope (s = sqrt(dx dy)), pressures in units of E* * rms slope.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 import torch
 from torch import Tensor
@@ -11,7 +14,7 @@ from torch.nn import functional
 
 from solver.coarsening import coarsened
 from solver.problem import ContactProblem, FloatArray
-from solver.solve import solve
+from solver.solve import solve_batch
 
 COARSENING = 4
 """Ratio of the coarse solve's pixel side to that of the map."""
@@ -19,38 +22,72 @@ COARSENING = 4
 SMALLEST_SIDE = 4 * COARSENING
 """Pixels a side below which the coarse grid has too few."""
 
-COARSE_TOLERANCE = 1e-3
+COARSE_TOLERANCE = 3e-3
 GAP_CLIP = 3.0
 CHANNELS = 4
-LOAD_CHANNEL = 3
+CONDITIONS = 2
+TYPICAL_LOG_LOAD = -2.0
+"""About which the logarithm of the dimensionless load is centred."""
 
 
-def features(problem: ContactProblem) -> Tensor:
-    """Input of the network.
+@dataclass(frozen=True, eq=False)
+class Features:
+    """Dimensionless fields of problems of one shape, from which the input of the network is made.
+
+    Attributes:
+        heights: in units of s * rms slope, float32, shape (problems, rows, columns).
+        coarse: the deformed flat, in the same units, and the pressure of the coarse solution, float32, shape (problems, 2,
+            coarse rows, coarse columns).
+        conditions: log10 F / (E* A0 * rms slope), centred, and ln dy / dx; float32, shape (problems, CONDITIONS).
+    """
+
+    heights: Tensor
+    coarse: Tensor
+    conditions: Tensor
+
+    @property
+    def load(self) -> Tensor:
+        """Mean pressure in units of E* * rms slope, shape (problems,)."""
+        result: Tensor = 10 ** (self.conditions[:, 0] + TYPICAL_LOG_LOAD)
+        return result
+
+
+def features(problems: Sequence[ContactProblem]) -> Features:
+    """Features of problems of one shape, pixel size and boundary.
 
     The displacement of the coarse solution is smooth, so it is interpolated to the fine grid, where the fine heights turn
     it into a first guess of the gap; the network corrects it, so the coarse solve need not have converged. Needs at least
     ``SMALLEST_SIDE`` pixels a side and heights that are not constant.
+    """
+    coarse = [coarsened(problem, COARSENING) for problem in problems]
+    heights, fields, conditions = [], [], []
+    for problem, small, solution in zip(problems, coarse, solve_batch(coarse, tolerance=COARSE_TOLERANCE), strict=True):
+        slope, mean = problem.rms_slope, problem.heights.mean()
+        unit = np.sqrt(problem.pixel_area) * slope
+        flat = solution.gap + small.heights - mean
+        heights.append((problem.heights - mean) / unit)
+        fields.append(np.stack([flat / unit, solution.pressure / (problem.effective_modulus * slope)]))
+        conditions.append(_conditions(problem))
+    single = [torch.from_numpy(np.stack(values).astype(np.float32)) for values in (heights, fields, conditions)]
+    return Features(*single)
+
+
+def _conditions(problem: ContactProblem) -> FloatArray:
+    load = np.log10(problem.nominal_pressure / (problem.effective_modulus * problem.rms_slope))
+    dy, dx = problem.pixel_size
+    return np.array([load - TYPICAL_LOG_LOAD, np.log(dy / dx)])
+
+
+def network_input(given: Features) -> Tensor:
+    """Input of the network.
 
     Returns:
-        float32 tensor of shape (CHANNELS, rows, columns): the guessed gap clipped to +-GAP_CLIP, its asinh, the coarse
-        pressure interpolated, and log10 F / (E* A0 * rms slope) as a constant.
+        float32, shape (problems, CHANNELS, rows, columns): the guessed gap, clipped to +-GAP_CLIP, and squashed where it is
+        large; the coarse pressure interpolated, and its root.
     """
-    coarse = coarsened(problem, COARSENING)
-    solution = solve(coarse, tolerance=COARSE_TOLERANCE)
-    flat = _refine(solution.gap + coarse.heights, problem.shape)
-    slope = problem.rms_slope
-    gap = torch.from_numpy((flat - problem.heights) / (np.sqrt(problem.pixel_area) * slope))
-    pressure = torch.from_numpy(_refine(solution.pressure, problem.shape) / (problem.effective_modulus * slope))
-    load = np.log10(problem.nominal_pressure / (problem.effective_modulus * slope))
-    channels = [gap.clamp(-GAP_CLIP, GAP_CLIP), gap.asinh(), pressure, torch.full_like(gap, load)]
-    return torch.stack(channels).to(torch.float32)
-
-
-def _refine(field: FloatArray, shape: tuple[int, int]) -> FloatArray:
-    """Bicubic interpolation from the coarse to the fine pixel centres, shape (rows, columns)."""
-    fine = functional.interpolate(
-        torch.from_numpy(field)[None, None], scale_factor=COARSENING, mode="bicubic", align_corners=False
-    )
-    refined: FloatArray = fine[0, 0, : shape[0], : shape[1]].numpy()
-    return refined
+    rows, columns = given.heights.shape[-2:]
+    fine = functional.interpolate(given.coarse, scale_factor=COARSENING, mode="bicubic", align_corners=False)
+    flat, pressure = fine[:, 0, :rows, :columns], fine[:, 1, :rows, :columns].clamp_min(0)
+    gap = flat - given.heights
+    channels = [gap.clamp(-GAP_CLIP, GAP_CLIP), functional.softsign(gap / GAP_CLIP), pressure, pressure.sqrt()]
+    return torch.stack(channels, dim=1)

@@ -9,9 +9,6 @@ from scipy.ndimage import gaussian_filter1d
 
 from solver.problem import FloatArray
 
-LOG_LOAD_RANGE = (-3.3, -0.7)
-"""log10 F / (E* A0 * rms slope), uniform: from a few pixels in contact to a third of the map."""
-
 ASPECT_RANGE = (1.0, 3.0)
 """dy / dx of pixels that are not square, log-uniform, along either direction."""
 

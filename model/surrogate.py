@@ -7,12 +7,14 @@ from time import perf_counter
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from torch import Tensor
 
-from model.features import LOAD_CHANNEL, SMALLEST_SIDE, features
+from model.features import SMALLEST_SIDE, features, network_input
 from model.mask import decide, doubt
+from model.network import balanced_pressure
 from model.weights import SHIPPED, Weights, load_weights
 from solver.errors import NotConvergedError
-from solver.problem import BoolArray, ContactProblem
+from solver.problem import BoolArray, ContactProblem, FloatArray
 from solver.solve import solve
 
 
@@ -38,15 +40,17 @@ class Prediction:
     Attributes:
         contact_mask: where the bodies touch, shape (rows, columns).
         probability: of contact, float32, same shape.
+        pressure: in Pa, same shape, zero off the mask; it carries the load exactly.
         method: ``surrogate``, or ``fft`` where the map is too small or too flat for it and the solver answered.
         expected_error: zero where the solver answered.
-        in_distribution: whether the dimensionless load lies within what was trained; nothing else is looked at, and outside
-            it the expected error may be far too small.
+        in_distribution: whether load and aspect of the pixels lie within what was trained; nothing else is looked at, and
+            outside the expected error may be far too small.
         timings_ms: by stage: ``features`` and ``network``, or ``solve``.
     """
 
     contact_mask: BoolArray
     probability: NDArray[np.float32]
+    pressure: FloatArray
     method: str
     expected_error: ExpectedError
     in_distribution: bool
@@ -58,7 +62,8 @@ class Surrogate:
 
     def __init__(self, weights: Weights) -> None:
         self.weights = weights
-        self.reduced_precision = bool(torch.cpu.get_capabilities().get("avx512_bf16"))
+        self.precision = torch.bfloat16 if torch.cpu.get_capabilities().get("avx512_bf16") else torch.float32
+        self._network = weights.network.to(self.precision, memory_format=torch.channels_last)  # type: ignore[call-overload]
 
     @classmethod
     def load(cls, directory: Path = SHIPPED) -> "Surrogate":
@@ -83,19 +88,22 @@ class Surrogate:
         if min(problem.shape) < SMALLEST_SIDE or problem.rms_height == 0 or problem.hardness is not None:
             return _solved(problem)
         started = perf_counter()
-        inputs = features(problem)
+        given = features([problem])
+        fields = network_input(given)
         between = perf_counter()
-        with torch.inference_mode(), torch.autocast("cpu", torch.bfloat16, enabled=self.reduced_precision):
-            logits = self.weights.network(inputs[None].contiguous(memory_format=torch.channels_last))
-        probability = torch.sigmoid(logits[0].float()).numpy()
-        mask = decide(probability)
+        with torch.inference_mode():
+            logits, relative = self._network(fields.to(self.precision), given.conditions.to(self.precision))
+            probability = torch.sigmoid(logits)[0].numpy()
+            mask = decide(probability)
+            pressure = np.where(mask, balanced_pressure(logits, relative, given.load)[0].numpy(), 0.0)
         finished = perf_counter()
         return Prediction(
             contact_mask=mask,
             probability=probability,
+            pressure=pressure * (problem.nominal_pressure / pressure.mean()),
             method="surrogate",
             expected_error=self._expected_error(doubt(probability, mask)),
-            in_distribution=self._in_distribution(float(inputs[LOAD_CHANNEL, 0, 0])),
+            in_distribution=self._in_distribution(given.conditions[0]),
             timings_ms={"features": (between - started) * 1e3, "network": (finished - between) * 1e3},
         )
 
@@ -108,9 +116,10 @@ class Surrogate:
             contact_resistance=factors["contact_resistance"] * doubted,
         )
 
-    def _in_distribution(self, log_load: float) -> bool:
-        lowest, highest = self.weights.manifest["log_load_range"]
-        return bool(lowest <= log_load <= highest)
+    def _in_distribution(self, conditions: Tensor) -> bool:
+        trained = self.weights.manifest["conditions"]
+        lowest, highest = torch.tensor(trained["lowest"]), torch.tensor(trained["highest"])
+        return bool(((lowest <= conditions) & (conditions <= highest)).all())
 
 
 def _solved(problem: ContactProblem) -> Prediction:
@@ -121,6 +130,7 @@ def _solved(problem: ContactProblem) -> Prediction:
     return Prediction(
         contact_mask=solution.contact_mask,
         probability=solution.contact_mask.astype(np.float32),
+        pressure=solution.pressure,
         method="fft",
         expected_error=ExpectedError(0.0, 0.0, 0.0),
         in_distribution=True,

@@ -6,12 +6,10 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-import torch
 from safetensors.torch import load, save
 
 from model.errors import WeightsError
-from model.features import CHANNELS
-from model.unet import UNet
+from model.network import ContactNet
 
 SHIPPED = Path(__file__).parent / "weights"
 
@@ -21,46 +19,51 @@ class Weights:
     """A network ready to predict.
 
     Attributes:
-        network: the U-Net in evaluation mode.
+        network: ready to evaluate.
         version: its name and the start of its hash.
         manifest: everything said of it: training, data, validation, calibration.
     """
 
-    network: UNet
+    network: ContactNet
     version: str
     manifest: dict[str, Any]
 
 
-def save_weights(directory: Path, network: torch.nn.Module, description: dict[str, Any]) -> None:
+def save_weights(directory: Path, network: ContactNet, description: dict[str, Any]) -> None:
     """Write the weights and their manifest.
 
     Args:
-        directory: gets ``unet.safetensors`` and ``manifest.json``.
-        network: a U-Net.
+        directory: gets ``network.safetensors`` and ``manifest.json``.
+        network: as it is trained.
         description: what the manifest says besides hash and architecture.
     """
     directory.mkdir(parents=True, exist_ok=True)
     data = save({name: tensor.contiguous().cpu() for name, tensor in network.state_dict().items()})
-    (directory / "unet.safetensors").write_bytes(data)
-    width = network.head.in_channels  # type: ignore[union-attr]
-    manifest = {"architecture": "unet", "width": width, "sha256": sha256(data).hexdigest()} | description
-    write_manifest(directory, manifest)
-
-
-def write_manifest(directory: Path, manifest: dict[str, Any]) -> None:
-    """Write ``manifest.json``."""
+    (directory / "network.safetensors").write_bytes(data)
+    manifest = {"sha256": sha256(data).hexdigest()} | description
     (directory / "manifest.json").write_text(json.dumps(manifest, indent=2) + "\n", encoding="utf-8")
 
 
 def load_weights(directory: Path = SHIPPED) -> Weights:
-    """Load weights by the hash that their manifest promises.
+    """Load weights by the hash that their manifest promises, ready to evaluate.
 
     Raises:
         WeightsError: a file is missing or its hash differs.
     """
+    network = load_network(directory)
+    manifest = _manifest(directory)
+    return Weights(network.fuse(), f"contactnet-{manifest['sha256'][:8]}", manifest)
+
+
+def load_network(directory: Path) -> ContactNet:
+    """Load weights by their hash, to train on.
+
+    Raises:
+        WeightsError: a file is missing or its hash differs.
+    """
+    manifest = _manifest(directory)
     try:
-        manifest = json.loads((directory / "manifest.json").read_text(encoding="utf-8"))
-        data = (directory / "unet.safetensors").read_bytes()
+        data = (directory / "network.safetensors").read_bytes()
     except FileNotFoundError as error:
         raise WeightsError(f"{error.filename} is missing; train weights with `asperity train`.") from error
     found = sha256(data).hexdigest()
@@ -69,8 +72,14 @@ def load_weights(directory: Path = SHIPPED) -> Weights:
             f"The weights in {directory} have the hash {found[:12]}, not {manifest['sha256'][:12]} as their manifest says; "
             "restore the file."
         )
-    network = UNet(CHANNELS, manifest["width"])
+    network = ContactNet()
     network.load_state_dict(load(data))
-    network.eval()
-    version = f"{manifest['architecture']}{manifest['width']}-{found[:8]}"
-    return Weights(network, version, manifest)
+    return network
+
+
+def _manifest(directory: Path) -> dict[str, Any]:
+    try:
+        manifest: dict[str, Any] = json.loads((directory / "manifest.json").read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise WeightsError(f"{error.filename} is missing; train weights with `asperity train`.") from error
+    return manifest

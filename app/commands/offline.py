@@ -5,7 +5,8 @@ from typing import Annotated, Any
 
 import typer
 
-from model.dataset import DatasetConfig, build
+from model.dataset import DatasetConfig, build, export
+from model.families import Family, Units
 
 DATASET = DatasetConfig()
 Processes = Annotated[int, typer.Option(min=1, help="How many solve side by side.")]
@@ -16,46 +17,45 @@ def dataset(
     size: Annotated[int, typer.Option(help="Pixels a side, a power of two.")] = DATASET.size,
     count: Annotated[int, typer.Option(min=1, help="Number of surfaces.")] = DATASET.count,
     seed: Annotated[int, typer.Option(help="Seed of the first surface; the others follow.")] = DATASET.seed,
+    family: Annotated[
+        Family, typer.Option(help="The paper's random midpoint surfaces, or varied ones under varied loads.")
+    ] = DATASET.family,
     hurst: Annotated[
-        tuple[float, float], typer.Option(help="Hurst exponents, uniform from lowest to highest.")
+        tuple[float, float], typer.Option(help="Hurst exponents of midpoint surfaces, uniform from lowest to highest.")
     ] = DATASET.hurst_range,
     load_n: Annotated[
-        tuple[float, float], typer.Option(help="Loads in N, log-uniform from lowest to highest.")
+        tuple[float, float], typer.Option(help="Loads on midpoint surfaces in N, log-uniform from lowest to highest.")
     ] = DATASET.load_range_n,
-    periodic_share: Annotated[
-        float, typer.Option(min=0, max=1, help="Share of periodic surfaces.")
-    ] = DATASET.periodic_share,
-    instrument_share: Annotated[
-        float, typer.Option(min=0, max=1, help="Share of surfaces with the form, lay and noise of measured maps.")
-    ] = DATASET.instrument_share,
-    side_mm: Annotated[float, typer.Option(help="Side of the square, in mm.")] = DATASET.side_mm,
+    side_mm: Annotated[float, typer.Option(help="Side of the square, in mm.")] = DATASET.units.side_mm,
     height_range_um: Annotated[
         float, typer.Option(help="Lowest to highest height, in micrometres.")
-    ] = DATASET.height_range_um,
+    ] = DATASET.units.height_range_um,
     effective_modulus_gpa: Annotated[
         float, typer.Option(help="Effective modulus E*, in GPa.")
-    ] = DATASET.effective_modulus_gpa,
+    ] = DATASET.units.effective_modulus_gpa,
     tolerance: Annotated[float, typer.Option(help="Residual at which a solve ends.")] = DATASET.tolerance,
     processes: Processes = 1,
     device: Annotated[
         str | None, typer.Option(show_default="the processor", help="Device of torch to solve on, such as cuda.")
     ] = None,
+    png: Annotated[
+        bool, typer.Option("--png", help="Write the height maps as 16-bit PNG too, with their units in samples.jsonl.")
+    ] = False,
 ) -> None:
-    """Build random midpoint surfaces (16-bit PNG), solve them, and store masks (1-bit PNG) and units."""
+    """Build rough surfaces and solve them; heights and pressures go into shards with a hash each."""
     config = DatasetConfig(
         size=size,
         count=count,
         seed=seed,
+        family=family,
         hurst_range=hurst,
         load_range_n=load_n,
-        periodic_share=periodic_share,
-        instrument_share=instrument_share,
-        side_mm=side_mm,
-        height_range_um=height_range_um,
-        effective_modulus_gpa=effective_modulus_gpa,
+        units=Units(side_mm, height_range_um, effective_modulus_gpa),
         tolerance=tolerance,
     )
     build(directory, config, processes, device)
+    if png:
+        export(directory)
 
 
 def train(
@@ -63,31 +63,27 @@ def train(
     data: Annotated[
         list[Path], typer.Option(exists=True, file_okay=False, help="Data set made by `asperity dataset`; may be repeated.")
     ],
-    width: Annotated[
-        int | None, typer.Option(show_default="16", help="Feature maps of the first stage; the paper's is 64.")
-    ] = None,
-    alpha: Annotated[float | None, typer.Option(show_default="0.5", help="Weight of the BCE against the Dice loss.")] = None,
-    batch: Annotated[int | None, typer.Option(show_default="32", help="Maps a step.")] = None,
-    learning_rate: Annotated[float | None, typer.Option(show_default="0.001", help="Of Adam, at the start.")] = None,
-    epochs: Annotated[int | None, typer.Option(show_default="100", help="At most.")] = None,
+    epochs: Annotated[int | None, typer.Option(show_default="8", help="Times that every map is seen.")] = None,
+    learning_rate: Annotated[float | None, typer.Option(show_default="0.002", help="At its highest.")] = None,
     seed: Annotated[int | None, typer.Option(show_default="0", help="Of weights, order and rotations.")] = None,
-    threads: Annotated[int | None, typer.Option(show_default="2", help="Of torch on the CPU.")] = None,
+    start: Annotated[
+        Path | None,
+        typer.Option("--from", exists=True, file_okay=False, show_default="none", help="Weights to start from."),
+    ] = None,
+    processes: Processes = 1,
 ) -> None:
-    """Train the U-Net on a data set."""
+    """Train the network on data sets, on all cores or on a GPU."""
     from model.train import TrainConfig
     from model.train import train as train_network
 
     given: dict[str, Any] = {
-        "width": width,
-        "alpha": alpha,
-        "batch": batch,
-        "learning_rate": learning_rate,
         "epochs": epochs,
+        "learning_rate": learning_rate,
         "seed": seed,
-        "threads": threads,
+        "start": None if start is None else str(start),
     }
     config = TrainConfig(data=tuple(map(str, data)), **{name: value for name, value in given.items() if value is not None})
-    train_network(directory, config)
+    train_network(directory, config, processes)
 
 
 def evaluate(

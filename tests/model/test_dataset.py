@@ -1,21 +1,29 @@
-from dataclasses import replace
+import json
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from model.dataset import DatasetConfig, build, read_pairs, read_samples
+from model import dataset
+from model.dataset import DatasetConfig, build, export, read_pairs, read_shard, shard_paths
 from model.errors import DatasetError
 from solver import solve
 
-CONFIG = DatasetConfig(size=32, count=5, seed=100, hurst_range=(0.3, 0.8), periodic_share=0.5)
+MIDPOINT = DatasetConfig(size=32, count=5, seed=100, hurst_range=(0.3, 0.8))
+VARIED = DatasetConfig(size=32, count=20, seed=200, family="varied")
+
+
+@pytest.fixture(scope="module", params=[MIDPOINT, VARIED], ids=["midpoint", "varied"])
+def config(request: pytest.FixtureRequest) -> DatasetConfig:
+    return request.param
 
 
 @pytest.fixture(scope="module")
-def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def built(config: DatasetConfig, tmp_path_factory: pytest.TempPathFactory) -> Path:
     directory = tmp_path_factory.mktemp("data") / "set"
-    build(directory, CONFIG)
+    build(directory, config)
     return directory
 
 
@@ -23,43 +31,94 @@ def contents(directory: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in directory.iterdir()}
 
 
-def test_files_and_their_bits(built: Path) -> None:
-    samples = read_samples(built)
-    assert len(samples) == 5
-    for sample in samples:
-        heights = Image.open(built / sample.heights)
-        assert heights.mode == "I;16"
-        codes = np.asarray(heights)
-        assert (codes.min(), codes.max()) == (0, 65535)
-        assert Image.open(built / sample.mask).mode == "1"
-        assert sample.status == "CONVERGED"
-
-
-def test_the_mask_is_the_solution_of_the_stored_heights(built: Path) -> None:
-    for (problem, mask), sample in zip(read_pairs(built), read_samples(built), strict=True):
-        np.testing.assert_array_equal(mask, solve(problem, tolerance=sample.tolerance).contact_mask)
-        assert mask.mean() == pytest.approx(sample.contact_fraction)
-        assert problem.load == sample.load_n
-        assert 10 <= sample.load_n <= 50
-        assert 0.3 <= sample.hurst <= 0.8
+def test_the_pressure_is_the_solution_on_the_stored_heights(built: Path, config: DatasetConfig) -> None:
+    pairs = list(read_pairs(built))
+    assert len(pairs) == config.count
+    for problem, pressure in pairs:
+        solution = solve(problem, tolerance=config.tolerance)
+        assert np.count_nonzero((pressure > 0) != solution.contact_mask) <= 1
+        assert np.abs(pressure - solution.pressure).max() < 2e-3 * solution.pressure.max()
+        assert pressure.sum() * problem.pixel_area == pytest.approx(problem.load, rel=1e-3)
         assert np.ptp(problem.heights) == pytest.approx(50e-6)
 
 
-def test_built_by_two_processes_after_a_stop_it_is_the_same_bit_for_bit(built: Path, tmp_path: Path) -> None:
-    build(tmp_path, replace(CONFIG, count=2))
-    lines = tmp_path / "samples.jsonl"
-    lines.write_text(lines.read_text() + '{"heights": "cut off by a st')
-    build(tmp_path, CONFIG, processes=2)
+def test_midpoint_surfaces_have_the_loads_asked_for(tmp_path: Path) -> None:
+    build(tmp_path, MIDPOINT)
+    for problem, _ in read_pairs(tmp_path):
+        assert 10 <= problem.load <= 50
+        assert (problem.boundary, *problem.pixel_size) == ("free", 1e-3 / 32, 1e-3 / 32)
+
+
+def test_varied_surfaces_reach_from_first_touch_to_much_contact(tmp_path: Path) -> None:
+    build(tmp_path, replace(VARIED, count=300))
+    pairs = list(read_pairs(tmp_path))
+    fractions = [(pressure > 0).mean() for _, pressure in pairs]
+    assert min(fractions) < 0.005
+    assert max(fractions) > 0.3
+    assert {problem.boundary for problem, _ in pairs} == {"free", "periodic"}
+    aspects = {problem.pixel_size[0] / problem.pixel_size[1] for problem, _ in pairs}
+    assert min(aspects) < 1 < max(aspects)
+
+
+def test_built_by_two_processes_after_a_stop_it_is_the_same_bit_for_bit(
+    built: Path, config: DatasetConfig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    build(tmp_path, replace(config, count=2))
+    ledger = tmp_path / "shards.jsonl"
+    ledger.write_text(ledger.read_text() + '{"shard": 1, "samp')
+    build(tmp_path, config, processes=2)
     assert contents(tmp_path) == contents(built)
 
 
-def test_another_configuration_needs_another_directory(built: Path) -> None:
+def test_many_samples_are_many_shards_and_one_that_is_missing_is_built_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(dataset, "SHARD", 2)
+    build(tmp_path, MIDPOINT)
+    whole = contents(tmp_path)
+    assert len(shard_paths(tmp_path)) == 3
+    lines = (tmp_path / "shards.jsonl").read_text().splitlines()
+    (tmp_path / "shards.jsonl").write_text("\n".join([lines[0], lines[2]]) + "\n")
+    (tmp_path / "00001.safetensors").unlink()
+    build(tmp_path, MIDPOINT)
+    after = contents(tmp_path)
+    assert {name: data for name, data in after.items() if name != "shards.jsonl"} == {
+        name: data for name, data in whole.items() if name != "shards.jsonl"
+    }
+    assert len(shard_paths(tmp_path)) == 3
+
+
+def test_another_configuration_needs_another_directory(built: Path, config: DatasetConfig) -> None:
     before = contents(built)
-    with pytest.raises(DatasetError, match="load_range_n"):
-        build(built, replace(CONFIG, load_range_n=(1.0, 2.0)))
+    with pytest.raises(DatasetError, match="tolerance"):
+        build(built, replace(config, tolerance=1e-3))
+    with pytest.raises(DatasetError, match="samples"):
+        build(built, replace(config, count=1))
     assert contents(built) == before
+
+
+def test_a_shard_that_was_changed_is_refused(tmp_path: Path) -> None:
+    build(tmp_path, MIDPOINT)
+    (path,) = shard_paths(tmp_path)
+    data = bytearray(path.read_bytes())
+    data[-1] ^= 1
+    path.write_bytes(data)
+    with pytest.raises(DatasetError, match="not what was stored"):
+        shard_paths(tmp_path)
 
 
 def test_no_data_set_is_said_so(tmp_path: Path) -> None:
     with pytest.raises(DatasetError, match="asperity dataset"):
-        read_samples(tmp_path)
+        shard_paths(tmp_path)
+
+
+def test_exported_height_maps_have_their_units_beside_them(tmp_path: Path) -> None:
+    build(tmp_path, MIDPOINT)
+    export(tmp_path)
+    shard = read_shard(shard_paths(tmp_path)[0])
+    lines = [json.loads(line) for line in (tmp_path / "samples.jsonl").read_text().splitlines()]
+    for line, sample, codes in zip(lines, shard.samples, shard.codes, strict=True):
+        image = Image.open(tmp_path / line.pop("heights"))
+        assert image.mode == "I;16"
+        np.testing.assert_array_equal(np.asarray(image), codes)
+        assert line == asdict(sample)

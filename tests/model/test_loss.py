@@ -3,29 +3,42 @@ import math
 import pytest
 import torch
 
-from model.loss import combined_loss
+from model.loss import FEW_PIXELS, PRESSURE_WEIGHT, contact_loss
 
-MASKS = torch.tensor([[[1.0, 0.0], [0.0, 0.0]]])
+SURE = 40.0
 
 
 def test_undecided_logits() -> None:
-    """Every probability 1/2: BCE = ln 2, Dice = 2 (1/2) / (2 + 1) = 1/3."""
-    logits = torch.zeros(1, 2, 2)
-    assert combined_loss(logits, MASKS, alpha=1.0).item() == pytest.approx(math.log(2))
-    assert combined_loss(logits, MASKS, alpha=0.0).item() == pytest.approx(2 / 3)
-    assert combined_loss(logits, MASKS, alpha=0.25).item() == pytest.approx(0.25 * math.log(2) + 0.75 * 2 / 3)
+    """Every probability 1/2: the cross entropy is ln 2 a pixel; three quarters of the load are in the wrong place, twice."""
+    pressure = torch.tensor([[[2.0, 0.0], [0.0, 0.0]]])
+    expected = 4 * math.log(2) / (1 + FEW_PIXELS) + PRESSURE_WEIGHT * 2 * 0.75
+    assert contact_loss(torch.zeros(1, 2, 2), torch.ones(1, 2, 2), pressure).item() == pytest.approx(expected)
 
 
-def test_a_sure_and_right_answer_costs_nothing() -> None:
-    assert combined_loss((MASKS - 0.5) * 80, MASKS, alpha=0.5).item() == pytest.approx(0, abs=1e-6)
+def test_a_sure_and_right_answer_costs_nothing_in_any_unit() -> None:
+    pressure = torch.rand(2, 8, 8) * (torch.rand(2, 8, 8) > 0.7)
+    logits = torch.where(pressure > 0, SURE, -SURE)
+    assert contact_loss(logits, 3 * pressure + 1e-9, 7 * pressure).item() == pytest.approx(0, abs=1e-5)
 
 
-def test_a_map_with_little_contact_weighs_as_much_as_one_with_much() -> None:
-    masks = torch.zeros(2, 16, 16)
-    masks[0, 0, 0] = 1
-    masks[1, :, :12] = 1
-    sure = (masks - 0.5) * 40
-    miss_small, miss_large = sure.clone(), sure.clone()
-    miss_small[0], miss_large[1] = -20, -20
-    small, large = (combined_loss(logits, masks, alpha=0.0).item() for logits in (miss_small, miss_large))
-    assert small == pytest.approx(large, rel=1e-3)
+def test_a_map_with_little_contact_weighs_nearly_as_much_as_one_with_much() -> None:
+    pressure = torch.zeros(2, 64, 64)
+    pressure[0, :8, :8] = 1
+    pressure[1, :, :48] = 1
+    sure = torch.where(pressure > 0, SURE, -SURE)
+    losses = []
+    for missed in (0, 1):
+        logits = sure.clone()
+        logits[missed][pressure[missed] > 0] = -1.0
+        losses.append(contact_loss(logits, pressure + 1e-9, pressure).item())
+    assert 0.7 < losses[0] / losses[1] < 1.4
+
+
+def test_load_in_the_wrong_place_costs() -> None:
+    pressure = torch.zeros(1, 8, 8)
+    pressure[0, 2, 2:4] = 1
+    logits = torch.where(pressure > 0, SURE, -SURE)
+    lopsided = pressure.clone()
+    lopsided[0, 2, 2] = 3
+    misplaced = (0.5 + 0.5) / 2
+    assert contact_loss(logits, lopsided, pressure).item() == pytest.approx(PRESSURE_WEIGHT * misplaced, abs=1e-4)

@@ -73,6 +73,20 @@ def test_what_is_too_small_or_flat_is_solved(surrogate: Surrogate, heights: np.n
     np.testing.assert_array_equal(prediction.contact_mask, solve(problem).contact_mask)
 
 
+def test_the_pressure_carries_the_load_on_the_mask(surrogate: Surrogate) -> None:
+    problem = rough(128, 500)
+    prediction = surrogate.predict(problem)
+    np.testing.assert_array_equal(prediction.pressure > 0, prediction.contact_mask)
+    assert prediction.pressure.sum() * problem.pixel_area == pytest.approx(problem.load, rel=1e-6)
+
+
+def test_a_hardness_is_left_to_the_solver(surrogate: Surrogate) -> None:
+    problem = rough(64, 600, hardness=1e9)
+    prediction = surrogate.predict(problem)
+    assert prediction.method == "fft"
+    assert prediction.pressure.max() <= 1e9
+
+
 def test_loads_beyond_training_are_said_to_be_so(surrogate: Surrogate) -> None:
     assert surrogate.predict(rough(64, 400, 30.0)).in_distribution
     assert not surrogate.predict(rough(64, 400, 30e6)).in_distribution
@@ -83,7 +97,7 @@ def test_weights_are_loaded_by_hash(tmp_path: Path) -> None:
     copy = tmp_path / "weights"
     shutil.copytree(SHIPPED, copy)
     assert Surrogate.load(copy).version == Surrogate.load().version
-    weights = copy / "unet.safetensors"
+    weights = copy / "network.safetensors"
     data = bytearray(weights.read_bytes())
     data[-1] ^= 1
     weights.write_bytes(data)
@@ -95,4 +109,4 @@ def test_weights_are_loaded_by_hash(tmp_path: Path) -> None:
 
 
 def test_shipped_weights_are_small() -> None:
-    assert (SHIPPED / "unet.safetensors").stat().st_size < 16e6
+    assert (SHIPPED / "network.safetensors").stat().st_size < 16e6

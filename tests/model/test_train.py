@@ -6,56 +6,114 @@ import pytest
 import torch
 
 from model import Surrogate
+from model import train as train_module
 from model.dataset import DatasetConfig, build
-from model.train import TrainConfig, train, turned
+from model.errors import DatasetError
+from model.features import network_input
+from model.prepared import prepare
+from model.train import TrainConfig, _turned, train
 
 
 @pytest.fixture(scope="module")
-def config(tmp_path_factory: pytest.TempPathFactory) -> TrainConfig:
-    data = tmp_path_factory.mktemp("train") / "data"
-    build(data, DatasetConfig(size=32, count=40))
-    return TrainConfig(data=(str(data),), width=4, batch=8, averaging=0.5, threads=1, epochs=4)
+def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    directory = tmp_path_factory.mktemp("train")
+    build(directory / "32", DatasetConfig(size=32, count=60, family="varied"))
+    build(directory / "64", DatasetConfig(size=64, count=20, seed=500))
+    return directory
 
 
-def history(run: Path) -> list[dict[str, float]]:
+@pytest.fixture
+def config(data: Path) -> TrainConfig:
+    return TrainConfig(data=(str(data / "32"), str(data / "64")), epochs=2, averaging=0.5, checkpoint_every=3)
+
+
+@pytest.fixture(autouse=True)
+def small_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(train_module, "BATCH_PIXELS", 8 * 32**2)
+
+
+def history(run: Path) -> list[dict[str, object]]:
     return [json.loads(line) for line in (run / "history.jsonl").read_text().splitlines()]
 
 
-def test_a_run_that_was_stopped_goes_on_as_if_it_had_not(config: TrainConfig, tmp_path: Path) -> None:
+def sha256(run: Path) -> str:
+    return str(json.loads((run / "weights/manifest.json").read_text())["sha256"])
+
+
+class StoppedError(Exception):
+    pass
+
+
+def test_a_run_that_was_stopped_goes_on_as_if_it_had_not(
+    config: TrainConfig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     train(tmp_path / "whole", config)
-    train(tmp_path / "stopped", replace(config, epochs=2))
+    step, taken = train_module._step, 0
+
+    def some_steps(*given: object) -> float:
+        nonlocal taken
+        taken += 1
+        if taken > 8:
+            raise StoppedError
+        return step(*given)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(train_module, "_step", some_steps)
+    with pytest.raises(StoppedError):
+        train(tmp_path / "stopped", config)
+    monkeypatch.setattr(train_module, "_step", step)
     train(tmp_path / "stopped", config)
-    assert history(tmp_path / "stopped") == history(tmp_path / "whole")
-    manifests = [json.loads((tmp_path / run / "weights/manifest.json").read_text()) for run in ("whole", "stopped")]
-    assert manifests[0]["sha256"] == manifests[1]["sha256"]
+    assert history(tmp_path / "stopped")[-1]["step"] == history(tmp_path / "whole")[-1]["step"]
+    assert sha256(tmp_path / "stopped") == sha256(tmp_path / "whole")
 
 
-def test_training_learns_and_its_weights_predict(config: TrainConfig, tmp_path: Path) -> None:
-    train(tmp_path, replace(config, epochs=12, learning_rate=0.01))
-    records = history(tmp_path)
-    assert records[-1]["training_loss"] < 0.6 * records[0]["training_loss"]
-    assert records[-1]["dice"] > 0.5
-    checkpoint = torch.load(tmp_path / "checkpoint.pt", weights_only=True)
-    assert checkpoint["config"]["width"] == 4
-    surrogate = Surrogate.load(tmp_path / "weights")
-    assert surrogate.version.startswith("unet4-")
+def test_a_checkpoint_of_another_configuration_is_refused(config: TrainConfig, tmp_path: Path) -> None:
+    train(tmp_path, replace(config, epochs=1))
+    with pytest.raises(DatasetError, match="another configuration"):
+        train(tmp_path, replace(config, epochs=1, seed=1))
+
+
+def test_training_learns_and_its_weights_predict_and_are_trained_further(config: TrainConfig, tmp_path: Path) -> None:
+    train(tmp_path / "first", replace(config, epochs=20, checkpoint_every=70))
+    records = history(tmp_path / "first")
+    assert records[-1]["loss"] < 0.5 * records[0]["loss"]  # type: ignore[operator]
+    assert records[-1]["validation"]["32 x 32"]["dice"] > 0.5  # type: ignore[index]
+    surrogate = Surrogate.load(tmp_path / "first/weights")
+    assert sha256(tmp_path / "first").startswith(surrogate.version.split("-")[1])
     assert surrogate.weights.manifest["datasets"][config.data[0]]["size"] == 32
 
-
-def test_rotations_turn_inputs_and_masks_together_in_all_eight_ways() -> None:
-    picture = torch.arange(16.0).reshape(1, 4, 4)
-    inputs, masks = picture.repeat(200, 1, 1, 1), picture.repeat(200, 1, 1)
-    x, y = turned(inputs, masks, torch.Generator().manual_seed(0))
-    torch.testing.assert_close(x[:, 0], y)
-    assert len({tuple(image.flatten().tolist()) for image in y}) == 8
+    train(tmp_path / "second", replace(config, epochs=1, learning_rate=1e-5, start=str(tmp_path / "first/weights")))
+    assert history(tmp_path / "second")[0]["loss"] < 1.2 * records[-1]["loss"]  # type: ignore[operator]
 
 
-def test_other_data_begin_a_new_stage(config: TrainConfig, tmp_path: Path) -> None:
-    more = tmp_path / "more"
-    build(more, DatasetConfig(size=32, count=20, seed=500))
-    train(tmp_path / "run", replace(config, epochs=2))
-    train(tmp_path / "run", replace(config, epochs=3, data=(*config.data, str(more))))
-    manifest = json.loads((tmp_path / "run/weights/manifest.json").read_text())
-    assert manifest["epochs"] == 3
-    assert [stage["first_epoch"] for stage in manifest["stages"]] == [1, 3]
-    assert [data["count"] for data in manifest["datasets"].values()] == [40, 20]
+def test_surfaces_are_split_by_their_seeds(data: Path) -> None:
+    for grid in prepare([data / "32", data / "64"], processes=1):
+        parts = {part: set(grid.seeds[grid.members(part)].tolist()) for part in ("training", "validation", "test")}
+        assert sum(map(len, parts.values())) == len(grid) == len(set.union(*parts.values()))
+        assert len(parts["training"]) == 0.8 * len(grid)
+
+
+def test_features_in_memory_are_those_of_the_problems(data: Path) -> None:
+    """Computed once with a batch of others, and put together again from codes."""
+    from model.dataset import read_shard, shard_paths
+    from model.features import features
+
+    (path,) = shard_paths(data / "32")
+    shard = read_shard(path)
+    (grid,) = prepare([data / "32"], processes=1)
+    for i in (0, 17, 59):
+        alone = features([shard.samples[i].problem(shard.codes[i])])
+        stored = grid.features(torch.tensor([i]))
+        torch.testing.assert_close(stored.conditions, alone.conditions)
+        torch.testing.assert_close(network_input(stored)[:, :2], network_input(alone)[:, :2], rtol=1e-2, atol=3e-2)
+
+
+def test_maps_turn_with_their_pressures_in_all_eight_ways(data: Path) -> None:
+    (grid,) = prepare([data / "64"], processes=1)
+    given, pressure = grid.features(torch.tensor([3])), grid.pressure[3:4].float()
+    overlap = (network_input(given)[:, 0] < 0) == (pressure > 0)
+    seen = set()
+    for way in range(8):
+        turned, turned_pressure = _turned(given, pressure, way)
+        assert ((network_input(turned)[:, 0] < 0) == (turned_pressure > 0)).sum() == overlap.sum()
+        seen.add(tuple(turned_pressure.flatten().tolist()))
+    assert len(seen) == 8

@@ -7,19 +7,19 @@ from pathlib import Path
 from model.train import TrainConfig
 from tests.app.conftest import run
 
-OPTIONS = ("width", "alpha", "batch", "learning_rate", "epochs", "seed", "threads")
+OPTIONS = ("epochs", "learning_rate", "seed")
 
 
 def test_a_data_set_is_built_and_trained_on(tmp_path: Path) -> None:
     data, directory = tmp_path / "data", tmp_path / "run"
-    built = run("dataset", data, "--size", "32", "--count", "10", "--load-n", "10", "20", "--hurst", "0.4", "0.8")
+    built = run("dataset", data, "--size", "32", "--count", "10", "--load-n", "10", "20", "--hurst", "0.4", "0.8", "--png")
     assert built.returncode == 0, built.stderr
     samples = [json.loads(line) for line in (data / "samples.jsonl").read_text().splitlines()]
     assert len(samples) == 10
     assert all(10 <= sample["load_n"] <= 20 for sample in samples)
-    trained = run("train", directory, "--data", data, "--width", "2", "--epochs", "1", "--batch", "4", "--threads", "1")
+    trained = run("train", directory, "--data", data, "--epochs", "1")
     assert trained.returncode == 0, trained.stderr
-    assert (directory / "weights" / "unet.safetensors").exists()
+    assert (directory / "weights" / "network.safetensors").exists()
 
 
 def test_another_data_set_in_the_directory_is_bad_input(tmp_path: Path) -> None:
