@@ -17,3 +17,11 @@ class WeightsError(AsperityError):
     code = "weights-unavailable"
     title = "The surrogate's weights cannot be loaded"
     http_status = 503
+
+
+class AccuracyError(AsperityError):
+    """An accuracy that cannot be asked for."""
+
+    code = "invalid-accuracy"
+    title = "The accuracy is not one that can be asked for"
+    http_status = 422
