@@ -72,10 +72,14 @@ def features(problems: Sequence[ContactProblem]) -> Features:
     return Features(*single)
 
 
+def log_load(problem: ContactProblem) -> float:
+    """log10 F / (E* A0 * rms slope)."""
+    return float(np.log10(problem.nominal_pressure / (problem.effective_modulus * problem.rms_slope)))
+
+
 def _conditions(problem: ContactProblem) -> FloatArray:
-    load = np.log10(problem.nominal_pressure / (problem.effective_modulus * problem.rms_slope))
     dy, dx = problem.pixel_size
-    return np.array([load - TYPICAL_LOG_LOAD, np.log(dy / dx)])
+    return np.array([log_load(problem) - TYPICAL_LOG_LOAD, np.log(dy / dx)])
 
 
 def network_input(given: Features) -> Tensor:

@@ -4,12 +4,14 @@ What each way costs, and how wrong it is, was measured by ``asperity evaluate`` 
 names, for maps of several sizes under several loads; between them it is interpolated.
 """
 
+import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Literal
 
 import numpy as np
 
+from model.calibration import QUANTITIES, ErrorBar
 from model.errors import AccuracyError
 
 Start = Literal["network", "coarse"]
@@ -39,6 +41,8 @@ class Method:
         return "surrogate" if self.tolerance is None else "surrogate and solver"
 
 
+LEAST_ERROR = 1e-9
+
 NETWORK = Method("network", None)
 SOLVED = Method("coarse", 1e-6)
 METHODS = (
@@ -58,21 +62,18 @@ class Measured:
     """A method on problems of one size and load.
 
     Attributes:
-        start, tolerance: of the method.
+        method: which.
         pixels: of the maps.
         log_load: mean of log10 F / (E* A0 rms slope).
         milliseconds: median.
-        dice_error, area_error, resistance_error: means of 1 - Dice and of the relative errors.
+        errors: for each of ``calibration.QUANTITIES``.
     """
 
-    start: Start
-    tolerance: float | None
+    method: Method
     pixels: int
     log_load: float
     milliseconds: float
-    dice_error: float
-    area_error: float
-    resistance_error: float
+    errors: dict[str, ErrorBar]
 
 
 @dataclass(frozen=True)
@@ -81,59 +82,75 @@ class Choice:
 
     method: Method
     milliseconds: float
-    dice_error: float
-    area_error: float
-    resistance_error: float
+    errors: dict[str, ErrorBar]
 
 
-def choose(accuracy: Accuracy, pixels: int, log_load: float, measured: Sequence[Measured]) -> Choice:
-    """The cheapest method whose expected error is within the accuracy.
-
-    Args:
-        accuracy: a word of ``TARGETS``, or the mean of 1 - Dice that is allowed.
-        pixels: of the map.
-        log_load: log10 F / (E* A0 rms slope).
-        measured: what is known of the methods.
+def target_of(accuracy: Accuracy) -> float:
+    """The mean of 1 - Dice that is allowed.
 
     Raises:
         AccuracyError: not a word of ``TARGETS`` and not a number from 0 to 1.
     """
-    target = _target(accuracy)
-    choices = [choice for method in METHODS if (choice := _expected(method, pixels, log_load, measured))]
-    good = [choice for choice in choices if choice.method == SOLVED or choice.dice_error <= target]
-    return min(good, key=lambda choice: choice.milliseconds)
-
-
-def _target(accuracy: Accuracy) -> float:
     if isinstance(accuracy, str):
         if accuracy in TARGETS:
             return TARGETS[accuracy]
     elif 0 <= accuracy <= 1:
         return accuracy
-    raise AccuracyError(f"The accuracy is {accuracy!r}; it must be {', '.join(TARGETS)}, or 1 - Dice as a number from 0 to 1.")
-
-
-def _expected(method: Method, pixels: int, log_load: float, measured: Sequence[Measured]) -> Choice | None:
-    """What was measured of a method at the nearest loads, interpolated between sizes; None if nothing was."""
-    mine = [one for one in measured if (one.start, one.tolerance) == (method.start, method.tolerance)]
-    if not mine:
-        return None
-    sizes = sorted({one.pixels for one in mine})
-    nearest = [min((o for o in mine if o.pixels == size), key=lambda o: abs(o.log_load - log_load)) for size in sizes]
-
-    def between(values: list[float]) -> float:
-        logs = np.log(np.maximum(values, 1e-9))
-        place = np.log(pixels)
-        inside = float(np.exp(np.interp(place, np.log(sizes), logs)))
-        return inside
-
-    milliseconds = between([one.milliseconds for one in nearest])
-    if pixels > sizes[-1]:
-        milliseconds *= pixels / sizes[-1]
-    return Choice(
-        method,
-        milliseconds,
-        between([one.dice_error for one in nearest]),
-        between([one.area_error for one in nearest]),
-        between([one.resistance_error for one in nearest]),
+    raise AccuracyError(
+        f"The accuracy is {accuracy!r}; it must be {', '.join(TARGETS)}, or 1 - Dice as a number from 0 to 1."
     )
+
+
+def choose(target: float, pixels: int, log_load: float, measured: Sequence[Measured]) -> list[Choice]:
+    """The methods whose expected error is within a target, the cheapest first; the full solve always is.
+
+    Args:
+        target: mean of 1 - Dice that is allowed.
+        pixels: of the map.
+        log_load: log10 F / (E* A0 rms slope).
+        measured: what is known of the methods.
+    """
+    choices = [_expected(method, pixels, log_load, measured) for method in METHODS]
+    good = [choice for choice in choices if choice.method == SOLVED or choice.errors["dice"].expected <= target]
+    return sorted(good, key=lambda choice: choice.milliseconds)
+
+
+def _expected(method: Method, pixels: int, log_load: float, measured: Sequence[Measured]) -> Choice:
+    """What was measured of a method at the nearest load of each size, interpolated between sizes on logarithmic scales."""
+    sizes = sorted({one.pixels for one in measured})
+    nearest = [
+        min(
+            (one for one in measured if (one.method, one.pixels) == (method, size)),
+            key=lambda one: abs(one.log_load - log_load),
+        )
+        for size in sizes
+    ]
+
+    def at_size(values: list[float]) -> float:
+        return float(np.exp(np.interp(np.log(pixels), np.log(sizes), np.log(np.maximum(values, LEAST_ERROR)))))
+
+    errors = {}
+    for quantity in QUANTITIES:
+        bars = [one.errors[quantity] for one in nearest]
+        errors[quantity] = ErrorBar(at_size([bar.expected for bar in bars]), at_size([bar.bound for bar in bars]))
+    beyond = max(1.0, pixels / sizes[-1])
+    return Choice(method, at_size([one.milliseconds for one in nearest]) * beyond, errors)
+
+
+def stored(measured: Sequence[Measured]) -> str:
+    """The measurements as JSON."""
+    return json.dumps([asdict(one) for one in measured], indent=1) + "\n"
+
+
+def restored(text: str) -> list[Measured]:
+    """The measurements from JSON."""
+    return [
+        Measured(
+            Method(**one["method"]),
+            one["pixels"],
+            one["log_load"],
+            one["milliseconds"],
+            {quantity: ErrorBar(**bar) for quantity, bar in one["errors"].items()},
+        )
+        for one in json.loads(text)
+    ]

@@ -1,4 +1,8 @@
-"""The surrogate: from a contact problem to its predicted contact mask, with an estimate of its own error."""
+"""The surrogate: from a contact problem to where the bodies touch, with an estimate of its own error.
+
+The network answers where it is the cheapest way that is accurate enough; elsewhere the solver does, from the network's
+pressure or its own start, as far as the accuracy asks for.
+"""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,28 +13,41 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from model.features import SMALLEST_SIDE, features, network_input
+from model.calibration import ErrorBar, Evidence, error_bars
+from model.features import SMALLEST_SIDE, Features, features, log_load, network_input
 from model.mask import decide, doubt
+from model.methods import NETWORK, SOLVED, Accuracy, Choice, Method, choose, target_of
 from model.network import balanced_pressure
 from model.weights import SHIPPED, Weights, load_weights
 from solver.errors import NotConvergedError
 from solver.problem import BoolArray, ContactProblem, FloatArray
 from solver.solve import solve
 
+EXACT = {quantity: ErrorBar(0.0, 0.0) for quantity in ("dice", "contact_area", "contact_resistance")}
+
 
 @dataclass(frozen=True)
 class ExpectedError:
-    """Expected absolute errors of a prediction, dimensionless.
+    """Absolute errors of a prediction, dimensionless: as they are expected, and bounds that nine in ten stay below.
 
     Attributes:
-        dice: expected 1 - Dice of the mask.
-        contact_area: relative error of the contact area.
-        contact_resistance: relative error of the contact resistance.
+        dice, dice_bound: 1 - Dice of the mask.
+        contact_area, contact_area_bound: relative error of the contact area.
+        contact_resistance, contact_resistance_bound: relative error of the contact resistance.
     """
 
     dice: float
     contact_area: float
     contact_resistance: float
+    dice_bound: float
+    contact_area_bound: float
+    contact_resistance_bound: float
+
+    @classmethod
+    def of(cls, bars: dict[str, ErrorBar]) -> "ExpectedError":
+        """From the error bars of all quantities."""
+        expected = {quantity: bar.expected for quantity, bar in bars.items()}
+        return cls(**expected, **{f"{quantity}_bound": bar.bound for quantity, bar in bars.items()})
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,11 +58,11 @@ class Prediction:
         contact_mask: where the bodies touch, shape (rows, columns).
         probability: of contact, float32, same shape.
         pressure: in Pa, same shape, zero off the mask; it carries the load exactly.
-        method: ``surrogate``, or ``fft`` where the map is too small or too flat for it and the solver answered.
-        expected_error: zero where the solver answered.
+        method: ``surrogate``, ``surrogate and solver`` or ``solver``.
+        expected_error: zero where the solver answered to its usual tolerance.
         in_distribution: whether load and aspect of the pixels lie within what was trained; nothing else is looked at, and
-            outside the expected error may be far too small.
-        timings_ms: by stage: ``features`` and ``network``, or ``solve``.
+            outside the expected error of the network alone may be far too small.
+        timings_ms: by stage: ``features``, ``network`` and ``solve``, as far as they were needed.
     """
 
     contact_mask: BoolArray
@@ -79,42 +96,58 @@ class Surrogate:
         """Name and start of the hash of the weights."""
         return self.weights.version
 
-    def predict(self, problem: ContactProblem) -> Prediction:
-        """Predict where the bodies touch.
+    def predict(self, problem: ContactProblem, accuracy: Accuracy = "balanced") -> Prediction:
+        """Predict where the bodies touch, in the cheapest way that is as accurate as asked for.
 
         Maps under ``SMALLEST_SIDE`` pixels a side, flat ones and those with a hardness, of which the network knows nothing,
-        are solved instead.
+        are solved.
+
+        Args:
+            problem: what touches.
+            accuracy: ``fast``, ``balanced``, ``exact``, or the mean of 1 - Dice that is allowed.
+
+        Raises:
+            AccuracyError: another accuracy.
+            NotConvergedError: the solver was needed and did not converge.
         """
+        target = target_of(accuracy)
         if min(problem.shape) < SMALLEST_SIDE or problem.rms_height == 0 or problem.hardness is not None:
-            return _solved(problem)
+            return _solved(problem, Choice(SOLVED, 0.0, EXACT))
+        if not self.weights.measured:
+            return self.estimate(problem)
+        choices = choose(target, problem.heights.size, log_load(problem), self.weights.measured)
+        if choices[0].method.start == "coarse":
+            return _solved(problem, choices[0])
+        estimate = self.estimate(problem)
+        if choices[0].method == NETWORK and estimate.in_distribution and estimate.expected_error.dice <= target:
+            return estimate
+        return _solved(problem, next(choice for choice in choices if choice.method != NETWORK), estimate)
+
+    def estimate(self, problem: ContactProblem) -> Prediction:
+        """What the network alone says."""
         started = perf_counter()
         given = features([problem])
         fields = network_input(given)
         between = perf_counter()
-        with torch.inference_mode():
-            logits, relative = self._network(fields.to(self.precision), given.conditions.to(self.precision))
-            probability = torch.sigmoid(logits)[0].numpy()
-            mask = decide(probability)
-            pressure = np.where(mask, balanced_pressure(logits, relative, given.load)[0].numpy(), 0.0)
+        probability, mask, pressure = self._network_says(given, fields)
+        evidence = Evidence(doubt(probability, mask), int(np.count_nonzero(mask)), log_load(problem))
         finished = perf_counter()
         return Prediction(
             contact_mask=mask,
             probability=probability,
             pressure=pressure * (problem.nominal_pressure / pressure.mean()),
-            method="surrogate",
-            expected_error=self._expected_error(doubt(probability, mask)),
+            method=NETWORK.name,
+            expected_error=ExpectedError.of(error_bars(evidence, self.weights.manifest["calibration"])),
             in_distribution=self._in_distribution(given.conditions[0]),
             timings_ms={"features": (between - started) * 1e3, "network": (finished - between) * 1e3},
         )
 
-    def _expected_error(self, doubted: float) -> ExpectedError:
-        """Expected errors are proportional to the doubt; training measured the factors on its held-out surfaces."""
-        factors = self.weights.manifest["calibration"]
-        return ExpectedError(
-            dice=min(factors["dice"] * doubted, 1.0),
-            contact_area=factors["contact_area"] * doubted,
-            contact_resistance=factors["contact_resistance"] * doubted,
-        )
+    @torch.inference_mode()
+    def _network_says(self, given: Features, fields: Tensor) -> tuple[NDArray[np.float32], BoolArray, FloatArray]:
+        logits, relative = self._network(fields.to(self.precision), given.conditions.to(self.precision))
+        probability: NDArray[np.float32] = torch.sigmoid(logits)[0].numpy()
+        mask = decide(probability)
+        return probability, mask, np.where(mask, balanced_pressure(logits, relative, given.load)[0].double().numpy(), 0.0)
 
     def _in_distribution(self, conditions: Tensor) -> bool:
         trained = self.weights.manifest["conditions"]
@@ -122,17 +155,20 @@ class Surrogate:
         return bool(((lowest <= conditions) & (conditions <= highest)).all())
 
 
-def _solved(problem: ContactProblem) -> Prediction:
+def _solved(problem: ContactProblem, choice: Choice, estimate: Prediction | None = None) -> Prediction:
+    """What the solver says, from its own start or from an estimate."""
     started = perf_counter()
-    solution = solve(problem)
+    tolerance = choice.method.tolerance or 1e-6
+    solution = solve(problem, tolerance=tolerance, initial_pressure=None if estimate is None else estimate.pressure)
     if not solution.converged:
         raise NotConvergedError(f"{solution.status.value} The residual is {solution.residual:.1e}.")
+    method = choice.method if estimate is None else Method("network", tolerance)
     return Prediction(
         contact_mask=solution.contact_mask,
         probability=solution.contact_mask.astype(np.float32),
         pressure=solution.pressure,
-        method="fft",
-        expected_error=ExpectedError(0.0, 0.0, 0.0),
+        method=method.name,
+        expected_error=ExpectedError.of(EXACT if choice.method == SOLVED else choice.errors),
         in_distribution=True,
-        timings_ms={"solve": (perf_counter() - started) * 1e3},
+        timings_ms=(estimate.timings_ms if estimate else {}) | {"solve": (perf_counter() - started) * 1e3},
     )

@@ -17,14 +17,16 @@ from torch.optim.lr_scheduler import OneCycleLR
 from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 from tqdm import tqdm
 
+from model.calibration import QUANTITIES, Evidence, calibrated
 from model.errors import DatasetError
-from model.features import Features, network_input
+from model.features import TYPICAL_LOG_LOAD, Features, network_input
 from model.loss import contact_loss
-from model.mask import decide
+from model.mask import decide, doubt
 from model.metrics import compare
 from model.network import ContactNet
 from model.prepared import Prepared, prepare
 from model.weights import load_network, save_weights
+from solver.resistance import boyer_resistance
 
 BATCH_PIXELS = 32 * 128**2
 """Pixels a step; batches of small maps have more of them."""
@@ -113,16 +115,14 @@ def train(directory: Path, config: TrainConfig, processes: int = 1) -> None:
             bar.update()
             bar.set_postfix(loss=f"{np.mean(losses[-100:]):.4f}")
             if step % config.checkpoint_every == 0 or step == steps:
-                record = {
-                    "step": step,
-                    "loss": float(np.mean(losses)),
-                    "validation": validate(mean, grids, device),
-                }
+                found, calibration = validate(mean, grids, device)
+                record = {"step": step, "loss": float(np.mean(losses)), "validation": found}
                 losses = []
                 tqdm.write(json.dumps(record))
                 with (directory / "history.jsonl").open("a", encoding="utf-8") as lines:
                     lines.write(json.dumps(record) + "\n")
-                save_weights(directory / "weights", mean, _description(config, record, grids))
+                description = _description(config, record, grids) | {"calibration": calibration}
+                save_weights(directory / "weights", mean, description)
                 _save(
                     checkpoint,
                     config=json.loads(json.dumps(asdict(config))),
@@ -174,27 +174,38 @@ def _turned(given: Features, pressure: Tensor, way: int) -> tuple[Features, Tens
 
 
 @torch.no_grad()
-def validate(network: ContactNet, grids: list[Prepared], device: torch.device) -> dict[str, dict[str, float]]:
-    """Dice and area error on held-out maps, by grid."""
+def validate(network: ContactNet, grids: list[Prepared], device: torch.device) -> tuple[dict[str, dict[str, float]], Any]:
+    """Errors on held-out maps, by grid, and the calibration of the error bars on all of them."""
     network.eval()
-    found = {}
+    found: dict[str, dict[str, float]] = {}
+    evidence: list[Evidence] = []
+    errors: dict[str, list[float]] = {quantity: [] for quantity in QUANTITIES}
     for grid in grids:
-        dice, area = [], []
+        first = len(evidence)
+        areas = []
         for samples in grid.members("validation")[:VALIDATED].split(max(1, BATCH_PIXELS // grid.codes[0].numel())):
             given = grid.features(samples)
             with torch.autocast(device.type, dtype=torch.bfloat16):
                 logits, _ = network(network_input(given).to(device), given.conditions.to(device))
-            for probability, reference in zip(torch.sigmoid(logits).cpu().numpy(), grid.pressure[samples], strict=True):
-                comparison = compare((reference > 0).numpy(), decide(probability))
-                dice.append(comparison.dice)
-                area.append(comparison.area_error)
-        found[f"{grid.codes.shape[1]} x {grid.codes.shape[2]}"] = {
-            "dice": float(np.mean(dice)),
-            "dice_5th_percentile": float(np.percentile(dice, 5)),
-            "area_error": float(np.mean(np.abs(area))),
-            "area_bias": float(np.mean(area)),
-        }
-    return found
+            probabilities, references = torch.sigmoid(logits).cpu().numpy(), (grid.pressure[samples] > 0).numpy()
+            for probability, reference, load in zip(probabilities, references, given.conditions[:, 0].tolist(), strict=True):
+                mask = decide(probability)
+                comparison = compare(reference, mask)
+                ratio = boyer_resistance(mask, (1.0, 1.0), 1.0) / boyer_resistance(reference, (1.0, 1.0), 1.0)
+                evidence.append(Evidence(doubt(probability, mask), int(mask.sum()), load + TYPICAL_LOG_LOAD))
+                errors["dice"].append(1 - comparison.dice)
+                errors["contact_area"].append(abs(comparison.area_error))
+                errors["contact_resistance"].append(abs(ratio - 1))
+                areas.append(comparison.area_error)
+        if areas:
+            found[f"{grid.codes.shape[1]} x {grid.codes.shape[2]}"] = {
+                "dice": 1 - float(np.mean(errors["dice"][first:])),
+                "dice_5th_percentile": 1 - float(np.percentile(errors["dice"][first:], 95)),
+                "area_error": float(np.mean(errors["contact_area"][first:])),
+                "area_bias": float(np.mean(areas)),
+                "resistance_error": float(np.mean(errors["contact_resistance"][first:])),
+            }
+    return found, calibrated(evidence, errors)
 
 
 def _description(config: TrainConfig, record: dict[str, Any], grids: list[Prepared]) -> dict[str, Any]:

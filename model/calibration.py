@@ -1,0 +1,80 @@
+"""The error to expect of a prediction, from what the network itself doubts: fitted on held-out surfaces.
+
+An error is, on average, a power of the doubt, of the pixels in contact and of the dimensionless load; nine in ten errors
+stay below a multiple of that.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.problem import FloatArray
+
+QUANTITIES = ("dice", "contact_area", "contact_resistance")
+COVERED = 0.9
+LEAST = 1e-4
+"""Errors and doubts below this count as this."""
+
+
+@dataclass(frozen=True)
+class ErrorBar:
+    """An error as it is expected.
+
+    Attributes:
+        expected: its mean.
+        bound: what nine in ten errors stay below.
+    """
+
+    expected: float
+    bound: float
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What a prediction tells of its own error.
+
+    Attributes:
+        doubt: 1 - Dice that the network itself expects.
+        contact_pixels: of the predicted mask.
+        log_load: log10 F / (E* A0 rms slope).
+    """
+
+    doubt: float
+    contact_pixels: int
+    log_load: float
+
+
+def calibrated(evidence: Sequence[Evidence], errors: Mapping[str, Sequence[float]]) -> dict[str, dict[str, object]]:
+    """Fit the errors found on held-out surfaces.
+
+    Args:
+        evidence: of the predictions.
+        errors: for each of ``QUANTITIES`` what the predictions were wrong by.
+
+    Returns:
+        For each quantity ``powers`` of the predictors and the ``factor`` from the mean to the bound.
+    """
+    design = np.array([_predictors(one) for one in evidence])
+    found: dict[str, dict[str, object]] = {}
+    for quantity in QUANTITIES:
+        error = np.asarray(errors[quantity])
+        powers = np.linalg.lstsq(design, np.log(np.maximum(error, LEAST)), rcond=None)[0]
+        powers[0] += np.log(error.mean() / np.exp(design @ powers).mean())
+        factor = np.quantile(error / np.exp(design @ powers), COVERED)
+        found[quantity] = {"powers": powers.tolist(), "factor": float(factor)}
+    return found
+
+
+def error_bars(evidence: Evidence, calibration: Mapping[str, Mapping[str, object]]) -> dict[str, ErrorBar]:
+    """The error to expect of each quantity; at most one, which is all that Dice can lose."""
+    predictors = _predictors(evidence)
+    bars = {}
+    for quantity in QUANTITIES:
+        expected = min(float(np.exp(predictors @ np.asarray(calibration[quantity]["powers"], dtype=float))), 1.0)
+        bars[quantity] = ErrorBar(expected, min(expected * float(str(calibration[quantity]["factor"])), 1.0))
+    return bars
+
+
+def _predictors(evidence: Evidence) -> FloatArray:
+    return np.array([1.0, np.log(max(evidence.doubt, LEAST)), np.log(max(evidence.contact_pixels, 1)), evidence.log_load])
