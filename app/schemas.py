@@ -18,23 +18,26 @@ class PredictionForm(ProblemForm):
 
 
 class ExpectedError(BaseModel):
-    """Errors to be expected of a prediction, all relative."""
+    """Errors to be expected of a prediction, all relative: their means, and bounds that nine in ten stay below."""
 
     dice: float = Field(description="1 - Dice of the mask")
     contact_area: float
     contact_resistance: float
+    dice_bound: float
+    contact_area_bound: float
+    contact_resistance_bound: float
 
 
 class Numbers(BaseModel):
     """What is predicted of a contact, but for the mask."""
 
-    method: str = Field(description="'surrogate', or the solver's where the surrogate does not apply")
+    method: str = Field(description="'surrogate', 'surrogate and solver', or 'solver': the cheapest that is accurate")
     model: str = Field(description="version of the surrogate")
     contact_area_mm2: float = Field(description="real area of contact")
     contact_fraction: float = Field(description="real area of contact / nominal area")
     contact_resistance_ohm: float | None = Field(description="null without a resistivity")
     expected_error: ExpectedError
-    in_distribution: bool = Field(description="whether the dimensionless load lies within what the surrogate was trained on")
+    in_distribution: bool = Field(description="whether load and pixels lie within what the surrogate was trained on")
     surface: Surface
     warnings: list[str]
     timings_ms: dict[str, float] = Field(description="by stage, and their total")

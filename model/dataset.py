@@ -214,7 +214,7 @@ def _make_shard(directory: Path, config: DatasetConfig, number: int, indices: ra
     most = min(BATCH, BATCH_PIXELS // config.size**2) if device is None else DEVICE_BATCH_PIXELS // config.size**2
     samples, codes, pressures = [], [], []
     for first in range(indices.start, indices.stop, max(1, most)):
-        drawn = _draw(config, range(first, min(first + max(1, most), indices.stop)))
+        drawn = draw(config, range(first, min(first + max(1, most), indices.stop)))
         solutions = solve_batch([one.problem for one in drawn], tolerance=config.tolerance, device=device)
         for one, solution in zip(drawn, solutions, strict=True):
             samples.append(_sample(config, one, solution))
@@ -230,8 +230,8 @@ def _make_shard(directory: Path, config: DatasetConfig, number: int, indices: ra
     return {"shard": number, "samples": len(samples), "sha256": sha256(data).hexdigest()}
 
 
-def _draw(config: DatasetConfig, indices: range) -> list[Drawn]:
-    """The problems of a batch, which share grid, boundary and pixel size."""
+def draw(config: DatasetConfig, indices: range) -> list[Drawn]:
+    """The problems of some samples; they share grid, boundary and pixel size."""
     seeds = range(config.seed + indices.start, config.seed + indices.stop)
     if config.family == "varied":
         return varied_problems(config.size, seeds, config.units)

@@ -1,168 +1,140 @@
-"""Evaluation of the surrogate on surfaces it never saw: a table by grid size, and the model card that holds it."""
+"""Evaluation of the surrogate: what every way to answer costs and how wrong it is, and what the surrogate reaches on
+surfaces it never saw, the paper's numbers beside."""
 
 import json
-from dataclasses import asdict, dataclass
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import asdict
+from functools import partial
+from itertools import product
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 from tqdm import tqdm
 
-from model.dataset import DatasetConfig, build, read_pairs
-from model.metrics import BOUNDARY_TOLERANCE, compare
-from model.surrogate import Surrogate
+from model.calibration import COVERED, QUANTITIES, ErrorBar
+from model.dataset import DatasetConfig, build, draw, read_pairs
+from model.features import log_load
+from model.methods import METHODS, Choice, Measured, stored
+from model.metrics import compare
+from model.model_card import model_card
+from model.rows import Row
+from model.surrogate import EXACT, Prediction, Surrogate
+from model.test_sets import TestSet, test_sets
+from model.weights import MEASURED, SHIPPED
+from solver.problem import BoolArray, ContactProblem
 from solver.resistance import boyer_resistance
+from solver.solve import solve
 
-TEST_SEED = 10_000_000
-"""First surface seed of the test sets; training seeds stay below."""
+MEASURED_SIZES = (32, 64, 128, 256, 512, 1024)
+MEASURED_LOADS_N = (3.0, 30.0, 300.0)
+MEASURED_SEED = 20_000_000
+SURFACES = 4
+"""Surfaces of each size and load on which the ways to answer are measured."""
 
-SIZES = (32, 64, 128, 256, 512)
-
-
-@dataclass(frozen=True)
-class Row:
-    """Agreement with the reference over the test maps of one size.
-
-    Errors of area and resistance are relative; ``area_bias`` is the mean with its sign. ``expected_dice_error`` is the mean
-    of what the predictions said of themselves, to be held against 1 - ``dice``.
-    """
-
-    size: int
-    maps: int
-    dice: float
-    dice_5th_percentile: float
-    jaccard: float
-    bf_score: float
-    pixel_accuracy: float
-    area_error: float
-    area_bias: float
-    resistance_error: float
-    expected_dice_error: float
-    milliseconds: float
+Way = Callable[[ContactProblem], Prediction]
 
 
 def evaluate(
-    data: Path,
-    report: Path,
-    weights: Path | None = None,
-    sizes: tuple[int, ...] = SIZES,
-    count: int = 200,
-    processes: int = 1,
-) -> list[Row]:
-    """Evaluate weights on random midpoint surfaces with loads of 10 to 50 N and the paper's material.
+    data: Path, report: Path, weights: Path = SHIPPED, count: int = 100, processes: int = 1
+) -> dict[str, list[Row]]:
+    """Measure the ways to answer, then the surrogate on the test sets.
 
     Args:
-        data: directory for the test sets, one a size, built if they are not there.
+        data: directory for the test sets, built where they are missing.
         report: Markdown file for the model card; the numbers go beside it as JSON.
-        weights: directory of the weights; the shipped ones if left out.
-        sizes: pixels a side.
-        count: maps a size.
+        weights: directory of the weights, which gets ``methods.json`` too; the shipped ones if left out.
+        count: maps of a test set of 128 x 128.
         processes: how many solve side by side where a test set must be built.
+
+    Returns:
+        Rows of the network alone and of the served answer (``balanced``).
     """
-    surrogate = Surrogate.load(weights) if weights else Surrogate.load()
-    rows = []
-    for size in sizes:
-        directory = data / f"test{size}"
-        build(directory, DatasetConfig(size=size, count=count, seed=TEST_SEED), processes)
-        rows.append(_evaluate_size(surrogate, directory, size))
+    measured = measure(Surrogate.load(weights))
+    (weights / MEASURED).write_text(stored(measured), encoding="utf-8")
+    surrogate = Surrogate.load(weights)
+    sets = test_sets(count)
+    for one in sets:
+        build(_directory(data, one), one.config, processes)
+    ways: dict[str, Way] = {"network alone": surrogate.estimate, "served, balanced": surrogate.predict}
+    rows = {name: [_row(way, data, one) for one in tqdm(sets, desc=name)] for name, way in ways.items()}
     report.parent.mkdir(parents=True, exist_ok=True)
-    report.with_suffix(".json").write_text(
-        json.dumps({"model": surrogate.version, "rows": [asdict(row) for row in rows]}, indent=2) + "\n", encoding="utf-8"
-    )
-    report.write_text(model_card(surrogate, rows), encoding="utf-8")
+    numbers = {"model": surrogate.version} | {name: [asdict(row) for row in found] for name, found in rows.items()}
+    report.with_suffix(".json").write_text(json.dumps(numbers, indent=2) + "\n", encoding="utf-8")
+    report.write_text(model_card(surrogate, rows, measured), encoding="utf-8")
     return rows
 
 
-def _evaluate_size(surrogate: Surrogate, directory: Path, size: int) -> Row:
-    comparisons, resistance_errors, expected, seconds = [], [], [], []
-    for problem, pressure in tqdm(read_pairs(directory), desc=f"evaluate {size}", unit="map"):
-        reference = pressure > 0
+def measure(surrogate: Surrogate) -> list[Measured]:
+    """Cost and error of every way to answer, on midpoint surfaces that are in no other set."""
+    found = []
+    for size, load in tqdm(list(product(MEASURED_SIZES, MEASURED_LOADS_N)), desc="ways to answer"):
+        config = DatasetConfig(size=size, seed=MEASURED_SEED, load_range_n=(load, load))
+        problems = [one.problem for one in draw(config, range(SURFACES))]
+        references = [solve(problem).contact_mask for problem in problems]
+        loads = float(np.mean([log_load(problem) for problem in problems]))
+        for method in METHODS:
+            comparisons, times = [], []
+            for problem, reference in zip(problems, references, strict=True):
+                prediction, milliseconds = _timed(partial(surrogate.answer, choice=Choice(method, 0.0, EXACT)), problem)
+                comparisons.append(_errors(problem, reference, prediction.contact_mask))
+                times.append(milliseconds)
+            errors = {
+                quantity: ErrorBar(float(np.mean(values)), float(np.quantile(values, COVERED)))
+                for quantity, values in zip(QUANTITIES, zip(*comparisons, strict=True), strict=True)
+            }
+            found.append(Measured(method, size**2, loads, float(np.median(times)), errors))
+    return found
+
+
+def _timed(way: Way, problem: ContactProblem) -> tuple[Prediction, float]:
+    """A prediction and its time in ms, the better of two."""
+    times = []
+    for _ in range(2):
         started = perf_counter()
-        prediction = surrogate.predict(problem)
-        seconds.append(perf_counter() - started)
+        prediction = way(problem)
+        times.append(perf_counter() - started)
+    return prediction, min(times) * 1e3
+
+
+def _errors(problem: ContactProblem, reference: BoolArray, mask: BoolArray) -> tuple[float, float, float]:
+    """1 - Dice and the relative errors of area and resistance, as in ``QUANTITIES``."""
+    comparison = compare(reference, mask)
+    ratio = boyer_resistance(mask, problem.pixel_size, 1.0) / boyer_resistance(reference, problem.pixel_size, 1.0)
+    return 1 - comparison.dice, abs(comparison.area_error), abs(ratio - 1)
+
+
+def _row(way: Way, data: Path, test_set: TestSet) -> Row:
+    comparisons, errors, predictions, times = [], [], [], []
+    for problem, pressure in read_pairs(_directory(data, test_set)):
+        reference = pressure > 0
+        prediction, milliseconds = _timed(way, problem)
         comparisons.append(compare(reference, prediction.contact_mask))
-        resistances = [boyer_resistance(mask, problem.pixel_size, 1.0) for mask in (prediction.contact_mask, reference)]
-        resistance_errors.append(abs(resistances[0] / resistances[1] - 1))
-        expected.append(prediction.expected_error.dice)
-    dice = np.array([c.dice for c in comparisons])
-    area = np.array([c.area_error for c in comparisons])
+        errors.append(_errors(problem, reference, prediction.contact_mask))
+        predictions.append(prediction)
+        times.append(milliseconds)
+    dice = np.array([comparison.dice for comparison in comparisons])
+    area = np.array([comparison.area_error for comparison in comparisons])
     return Row(
-        size=size,
+        group=test_set.group,
+        name=test_set.name,
+        paper=test_set.paper,
         maps=len(comparisons),
         dice=float(dice.mean()),
         dice_5th_percentile=float(np.percentile(dice, 5)),
-        jaccard=float(np.mean([c.jaccard for c in comparisons])),
-        bf_score=float(np.mean([c.bf_score for c in comparisons])),
-        pixel_accuracy=float(np.mean([c.pixel_accuracy for c in comparisons])),
+        jaccard=float(np.mean([comparison.jaccard for comparison in comparisons])),
+        bf_score=float(np.mean([comparison.bf_score for comparison in comparisons])),
+        pixel_accuracy=float(np.mean([comparison.pixel_accuracy for comparison in comparisons])),
         area_error=float(np.abs(area).mean()),
         area_bias=float(area.mean()),
-        resistance_error=float(np.mean(resistance_errors)),
-        expected_dice_error=float(np.mean(expected)),
-        milliseconds=float(np.median(seconds) * 1e3),
+        resistance_error=float(np.mean([error[2] for error in errors])),
+        expected=float(np.mean([prediction.expected_error.dice for prediction in predictions])),
+        covered=float(np.mean([1 - d <= p.expected_error.dice_bound for d, p in zip(dice, predictions, strict=True)])),
+        milliseconds=float(np.median(times)),
+        methods=dict(Counter(prediction.method for prediction in predictions)),
     )
 
 
-def table(rows: list[Row]) -> str:
-    """The rows as a Markdown table."""
-    lines = [
-        "| size | maps | Dice | 5th percentile | Jaccard | BF | pixel accuracy | area error (bias) | resistance error "
-        "| 1 - Dice, expected / found | median ms |",
-        "|---|---|---|---|---|---|---|---|---|---|---|",
-    ]
-    lines += [
-        f"| {r.size} | {r.maps} | {r.dice:.4f} | {r.dice_5th_percentile:.4f} | {r.jaccard:.4f} | {r.bf_score:.4f} "
-        f"| {r.pixel_accuracy:.4f} | {r.area_error:.2%} ({r.area_bias:+.2%}) | {r.resistance_error:.2%} "
-        f"| {r.expected_dice_error:.4f} / {1 - r.dice:.4f} | {r.milliseconds:.0f} |"
-        for r in rows
-    ]
-    return "\n".join(lines) + "\n"
-
-
-def model_card(surrogate: Surrogate, rows: list[Row]) -> str:
-    """The model card: what the weights are, how they were made, and what they reach."""
-    manifest = surrogate.weights.manifest
-    training = manifest["training"]
-    builds = "\n".join(f"    {_build_command(name, data)}" for name, data in manifest["datasets"].items())
-    ends = [stage["first_epoch"] - 1 for stage in manifest["stages"][1:]] + [manifest["epochs"]]
-    stages = "\n".join(
-        f"    asperity train RUN {' '.join(f'--data {name}' for name in stage['data'])} --width {training['width']} "
-        f"--alpha {training['alpha']:g} --batch {training['batch']} --learning-rate {training['learning_rate']:g} "
-        f"--seed {training['seed']} --epochs {end}"
-        for stage, end in zip(manifest["stages"], ends, strict=True)
-    )
-    return f"""# Model card: {surrogate.version}
-
-Written by `asperity evaluate`; every number on this page comes from that command or from the manifest of the weights.
-
-**What it is.** The U-Net of the paper (23 convolutional layers) with {training["width"]} feature maps in its first stage,
-which predicts where a rough surface under a load touches a flat. Its input is dimensionless: the gap and the pressure of a
-solve on a four times coarser grid, and the load (`model/features.py`). SHA-256 of the weights: `{manifest["sha256"]}`.
-
-**Data.** Rough surfaces by random midpoint displacement, 1 mm square, heights 0 to 50 um, E* = 6.843 GPa, some with the
-form, lay and noise of measured maps (`model/instrument.py`). Every tenth surface was held out for validation.
-
-{builds}
-{stages}
-
-**Training.** {manifest["epochs"]} epochs; Dice on the held-out surfaces {manifest["validation"]["dice"]:.4f}.
-
-**What it reaches** on surfaces it never saw (seeds from {TEST_SEED}; Hurst exponent 0.5, 10 to 50 N, free boundary,
-E* = 6.843 GPa; BF tolerance {BOUNDARY_TOLERANCE} pixels; resistance by Boyer's formula on both masks). Times are of the
-machine that wrote this page, features included.
-
-{table(rows)}
-**Where not to trust it.** Dimensionless loads outside log10 F / (E* A0 rms slope) =
-{manifest["log_load_range"][0]:.2f} to {manifest["log_load_range"][1]:.2f} are answered with `in_distribution: false`.
-Steps, machined grooves and isolated spikes are not in its training data: verify them.
-"""
-
-
-def _build_command(name: str, dataset: dict[str, Any]) -> str:
-    """The command that builds a data set again, bit for bit."""
-    return (
-        f"asperity dataset {name} --size {dataset['size']} --count {dataset['count']} --seed {dataset['seed']} "
-        f"--hurst {dataset['hurst_range'][0]:g} {dataset['hurst_range'][1]:g} "
-        f"--load-n {dataset['load_range_n'][0]:g} {dataset['load_range_n'][1]:g} "
-        f"--periodic-share {dataset['periodic_share']:g} --instrument-share {dataset['instrument_share']:g}"
-    )
+def _directory(data: Path, test_set: TestSet) -> Path:
+    return data / f"{test_set.group} {test_set.name}".replace(",", "").replace(" ", "-")

@@ -4,7 +4,7 @@ One network serves every material, load, size and grid, because nothing here has
 s * rms slope (s = sqrt(dx dy)), pressures in units of E* * rms slope.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,6 +50,11 @@ class Features:
         """Mean pressure in units of E* * rms slope, shape (problems,)."""
         result: Tensor = 10 ** (self.conditions[:, 0] + TYPICAL_LOG_LOAD)
         return result
+
+    def split(self, most: int) -> Iterator["Features"]:
+        """Parts of so many problems at most."""
+        for parts in zip(self.heights.split(most), self.coarse.split(most), self.conditions.split(most), strict=True):
+            yield Features(*parts)
 
 
 def features(problems: Sequence[ContactProblem]) -> Features:

@@ -27,23 +27,23 @@ class Method:
 
     Attributes:
         start: pressure predicted by the network, or prolonged from coarser grids by the solver itself.
-        tolerance: to which the solver goes on from there; None for the network alone.
+        tolerance: to which the solver goes on from there; zero for the network alone.
     """
 
     start: Start
-    tolerance: float | None
+    tolerance: float
 
     @property
     def name(self) -> str:
         """What the answer says of it."""
         if self.start == "coarse":
             return "solver"
-        return "surrogate" if self.tolerance is None else "surrogate and solver"
+        return "surrogate" if self.tolerance == 0 else "surrogate and solver"
 
 
 LEAST_ERROR = 1e-9
 
-NETWORK = Method("network", None)
+NETWORK = Method("network", 0.0)
 SOLVED = Method("coarse", 1e-6)
 METHODS = (
     NETWORK,

@@ -4,6 +4,7 @@ The network answers where it is the cheapest way that is accurate enough; elsewh
 pressure or its own start, as far as the accuracy asks for.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
@@ -22,6 +23,9 @@ from model.weights import SHIPPED, Weights, load_weights
 from solver.errors import NotConvergedError
 from solver.problem import BoolArray, ContactProblem, FloatArray
 from solver.solve import solve
+
+BATCH_PIXELS = 2**18
+"""Pixels that the network sees at a time."""
 
 EXACT = {quantity: ErrorBar(0.0, 0.0) for quantity in ("dice", "contact_area", "contact_resistance")}
 
@@ -116,38 +120,61 @@ class Surrogate:
         if not self.weights.measured:
             return self.estimate(problem)
         choices = choose(target, problem.heights.size, log_load(problem), self.weights.measured)
-        if choices[0].method.start == "coarse":
-            return _solved(problem, choices[0])
+        first = choices[0]
+        if first.method != NETWORK:
+            return self.answer(problem, first)
         estimate = self.estimate(problem)
-        if choices[0].method == NETWORK and estimate.in_distribution and estimate.expected_error.dice <= target:
+        if estimate.in_distribution and estimate.expected_error.dice <= target:
             return estimate
-        return _solved(problem, next(choice for choice in choices if choice.method != NETWORK), estimate)
+        return _solved(problem, choices[1], estimate)
+
+    def answer(self, problem: ContactProblem, choice: Choice) -> Prediction:
+        """What one way to answer says."""
+        if choice.method == NETWORK:
+            return self.estimate(problem)
+        return _solved(problem, choice, self.estimate(problem) if choice.method.start == "network" else None)
 
     def estimate(self, problem: ContactProblem) -> Prediction:
         """What the network alone says."""
+        return self.estimate_batch([problem])[0]
+
+    def estimate_batch(self, problems: Sequence[ContactProblem]) -> list[Prediction]:
+        """What the network alone says of problems of one shape, pixel size and boundary: many surfaces, or many loads."""
         started = perf_counter()
-        given = features([problem])
-        fields = network_input(given)
+        given = features(problems)
         between = perf_counter()
-        probability, mask, pressure = self._network_says(given, fields)
-        evidence = Evidence(doubt(probability, mask), int(np.count_nonzero(mask)), log_load(problem))
-        finished = perf_counter()
-        return Prediction(
-            contact_mask=mask,
-            probability=probability,
-            pressure=pressure * (problem.nominal_pressure / pressure.mean()),
-            method=NETWORK.name,
-            expected_error=ExpectedError.of(error_bars(evidence, self.weights.manifest["calibration"])),
-            in_distribution=self._in_distribution(given.conditions[0]),
-            timings_ms={"features": (between - started) * 1e3, "network": (finished - between) * 1e3},
-        )
+        logits, relative = self._evaluate(given)
+        probabilities = torch.sigmoid(logits).numpy()
+        pressures = balanced_pressure(logits, relative, given.load).double().numpy()
+        predictions = []
+        for i, problem in enumerate(problems):
+            mask = decide(probabilities[i])
+            pressure = np.where(mask, pressures[i], 0.0)
+            evidence = Evidence(doubt(probabilities[i], mask), int(np.count_nonzero(mask)), log_load(problem))
+            stages = {"features": between - started, "network": perf_counter() - between}
+            predictions.append(
+                Prediction(
+                    contact_mask=mask,
+                    probability=probabilities[i],
+                    pressure=pressure * (problem.nominal_pressure / pressure.mean()),
+                    method=NETWORK.name,
+                    expected_error=ExpectedError.of(error_bars(evidence, self.weights.manifest["calibration"])),
+                    in_distribution=self._in_distribution(given.conditions[i]),
+                    timings_ms={stage: seconds * 1e3 / len(problems) for stage, seconds in stages.items()},
+                )
+            )
+        return predictions
 
     @torch.inference_mode()
-    def _network_says(self, given: Features, fields: Tensor) -> tuple[NDArray[np.float32], BoolArray, FloatArray]:
-        logits, relative = self._network(fields.to(self.precision), given.conditions.to(self.precision))
-        probability: NDArray[np.float32] = torch.sigmoid(logits)[0].numpy()
-        mask = decide(probability)
-        return probability, mask, np.where(mask, balanced_pressure(logits, relative, given.load)[0].double().numpy(), 0.0)
+    def _evaluate(self, given: Features) -> tuple[Tensor, Tensor]:
+        """Logits and relative pressures, a few maps at a time so that they stay small in memory."""
+        most = max(1, BATCH_PIXELS // given.heights[0].numel())
+        parts = [
+            self._network(network_input(part).to(self.precision), part.conditions.to(self.precision))
+            for part in given.split(most)
+        ]
+        logits, relative = (torch.cat(fields) for fields in zip(*parts, strict=True))
+        return logits, relative
 
     def _in_distribution(self, conditions: Tensor) -> bool:
         trained = self.weights.manifest["conditions"]
@@ -156,9 +183,9 @@ class Surrogate:
 
 
 def _solved(problem: ContactProblem, choice: Choice, estimate: Prediction | None = None) -> Prediction:
-    """What the solver says, from its own start or from an estimate."""
+    """What the solver says, from its own start or from an estimate that is there."""
     started = perf_counter()
-    tolerance = choice.method.tolerance or 1e-6
+    tolerance = choice.method.tolerance
     solution = solve(problem, tolerance=tolerance, initial_pressure=None if estimate is None else estimate.pressure)
     if not solution.converged:
         raise NotConvergedError(f"{solution.status.value} The residual is {solution.residual:.1e}.")

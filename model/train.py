@@ -5,7 +5,7 @@ so often, at a learning rate that rises at first and then falls to nothing.
 """
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ import numpy as np
 import torch
 from torch import Tensor
 from torch.optim.lr_scheduler import OneCycleLR
-from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
+from torch.optim.swa_utils import AveragedModel
 from tqdm import tqdm
 
 from model.calibration import QUANTITIES, Evidence, calibrated
@@ -81,7 +81,7 @@ def train(directory: Path, config: TrainConfig, processes: int = 1) -> None:
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     torch.manual_seed(config.seed)
     network = (load_network(Path(config.start)) if config.start else ContactNet()).to(device)
-    averaged = AveragedModel(network, multi_avg_fn=get_ema_multi_avg_fn(config.averaging), use_buffers=True)
+    averaged = AveragedModel(network, avg_fn=_running_mean(config.averaging), use_buffers=True)
     mean: ContactNet = averaged.module  # type: ignore[assignment]
     optimizer = torch.optim.AdamW(network.parameters(), lr=config.learning_rate)
 
@@ -132,6 +132,15 @@ def train(directory: Path, config: TrainConfig, processes: int = 1) -> None:
                     scheduler=scheduler.state_dict(),
                     step=step,
                 )
+
+
+def _running_mean(decay: float) -> Callable[[Tensor, Tensor, Tensor | int], Tensor]:
+    """A running mean that forgets faster at the start, when the weights are still random."""
+
+    def update(mean: Tensor, current: Tensor, count: Tensor | int) -> Tensor:
+        return mean + (1 - min(decay, (int(count) + 1) / (int(count) + 10))) * (current - mean)
+
+    return update
 
 
 def _epoch(grids: list[Prepared], seed: int, epoch: int) -> Iterator[Batch]:

@@ -79,7 +79,8 @@ def predict(file: HeightMapFile, mask: MaskFile = None, as_json: AsJson = False,
             "read": f"{surface.rows} rows x {surface.columns} columns, rms height {surface.rms_height_um:.4g} um, "
             f"rms slope {surface.rms_slope:.3g}",
             "method": f"{numbers.method}, {numbers.model}",
-            "contact area": f"{numbers.contact_area_mm2:.6g} mm2, expected error {expected.contact_area:.2%}",
+            "contact area": f"{numbers.contact_area_mm2:.6g} mm2, expected error {expected.contact_area:.2%}, "
+            f"nine in ten below {expected.contact_area_bound:.2%}",
             "contact fraction": f"{numbers.contact_fraction:.4%}",
             "contact resistance": "no resistivity given"
             if resistance is None

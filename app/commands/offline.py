@@ -92,11 +92,13 @@ def evaluate(
     weights: Annotated[
         Path | None, typer.Option(file_okay=False, show_default="the shipped ones", help="Directory of the weights.")
     ] = None,
-    count: Annotated[int, typer.Option(min=1, help="Maps a size.")] = 200,
+    count: Annotated[int, typer.Option(min=1, help="Maps of a test set of 128 x 128.")] = 100,
     processes: Processes = 1,
 ) -> None:
-    """Evaluate the surrogate on surfaces it never saw, 32 x 32 to 512 x 512, and write its model card."""
+    """Evaluate the surrogate on surfaces it never saw, and write its model card."""
     from model.evaluate import evaluate as evaluate_weights
-    from model.evaluate import table
+    from model.model_card import table
+    from model.weights import SHIPPED
 
-    typer.echo(table(evaluate_weights(data, report, weights, count=count, processes=processes)))
+    for name, rows in evaluate_weights(data, report, weights or SHIPPED, count, processes).items():
+        typer.echo(f"{name}\n\n{table(rows)}")

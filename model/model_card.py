@@ -1,0 +1,89 @@
+"""The model card: what the weights are, how they were made, what they reach and what they cost."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from model.methods import METHODS, Measured
+from model.metrics import BOUNDARY_TOLERANCE
+from model.rows import Row
+from model.surrogate import Surrogate
+from model.test_sets import TEST_SEED
+
+
+def model_card(surrogate: Surrogate, rows: Mapping[str, Sequence[Row]], measured: Sequence[Measured]) -> str:
+    """The card as Markdown."""
+    manifest = surrogate.weights.manifest
+    training = manifest["training"]
+    builds = "\n".join(f"    {_build_command(name, data)}" for name, data in manifest["datasets"].items())
+    problems = sum(data["count"] for data in manifest["datasets"].values())
+    names = " ".join(f"--data {name}" for name in manifest["datasets"])
+    parameters = sum(parameter.numel() for parameter in surrogate.weights.network.parameters())
+    tables = "\n".join(f"### {name.capitalize()}\n\n{table(found)}" for name, found in rows.items())
+    return f"""# Model card: {surrogate.version}
+
+Written by `asperity evaluate`; every number on this page comes from that command or from the manifest of the weights.
+
+**What it is.** A U-Net on half the resolution (`model/network.py`, {parameters / 1e6:.2f} million parameters) that predicts
+where a rough surface under a load touches a flat, and the pressure there. Its input is dimensionless: the gap and the
+pressure of a solve on a four times coarser grid, the load, and the aspect of the pixels (`model/features.py`). SHA-256 of
+the weights: `{manifest["sha256"]}`.
+
+**Data.** {problems:,} problems: random midpoint and spectral surfaces, Hurst exponents 0.2 to 0.9, with roll-off,
+anisotropy, skewness, form, lay and noise, both boundaries, loads from first touch to two fifths of the map
+(`model/families.py`). A tenth of the surface seeds was held out for validation and a tenth for tests.
+
+{builds}
+    asperity train RUN {names} \\
+      --epochs {training["epochs"]} --learning-rate {training["learning_rate"]:g} --seed {training["seed"]}
+
+**What it reaches** on surfaces it never saw (seeds from {TEST_SEED}; random midpoint surfaces with Hurst exponent 0.5, free
+boundary, E* = 6.843 GPa and 10 to 50 N unless said). BF tolerance {BOUNDARY_TOLERANCE} pixels; resistance by Boyer's
+formula on both masks; `paper` is the Dice coefficient in Tables 1 and 2 of the paper. `expected / found` are means of
+1 - Dice, and `covered` is the share of maps whose error lies below the bound that should hold for 90 %. Times are of the
+machine that wrote this page.
+
+{tables}
+## What every way to answer costs
+
+Mean 1 - Dice and median ms on two cores of the machine that wrote this page, on random midpoint surfaces; `network 0.1` is
+the solver to a tolerance of 0.1 started from the network's pressure, `coarse 0.1` from its own start. The service takes the
+cheapest that is accurate enough (`model/methods.py`).
+
+{_ways(measured)}
+"""
+
+
+def table(rows: Sequence[Row]) -> str:
+    """The rows as a Markdown table."""
+    lines = [
+        "| surfaces | maps | Dice | paper | 5th percentile | Jaccard | BF | pixel accuracy | area error (bias) "
+        "| resistance error | expected / found | covered | median ms | answered by |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for row in rows:
+        answered = ", ".join(f"{name} {count}" for name, count in row.methods.items())
+        lines.append(
+            f"| {row.group}: {row.name} | {row.maps} | {row.dice:.4f} | {row.paper or ''} | {row.dice_5th_percentile:.4f} "
+            f"| {row.jaccard:.4f} | {row.bf_score:.4f} | {row.pixel_accuracy:.4f} "
+            f"| {row.area_error:.2%} ({row.area_bias:+.2%}) | {row.resistance_error:.2%} "
+            f"| {row.expected:.4f} / {1 - row.dice:.4f} | {row.covered:.0%} | {row.milliseconds:.1f} | {answered} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def _ways(measured: Sequence[Measured]) -> str:
+    names = [f"{method.start} {method.tolerance:g}" if method.tolerance else "network" for method in METHODS]
+    lines = [f"| pixels | log10 load | {' | '.join(names)} |", "|---|---|" + "---|" * len(METHODS)]
+    for pixels, load in sorted({(one.pixels, one.log_load) for one in measured}):
+        found = {one.method: one for one in measured if (one.pixels, one.log_load) == (pixels, load)}
+        cells = [f"{found[m].errors['dice'].expected:.4f}, {found[m].milliseconds:.0f}" for m in METHODS]
+        lines.append(f"| {pixels} | {load:.2f} | {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+def _build_command(name: str, dataset: dict[str, Any]) -> str:
+    """The command that builds a data set again, bit for bit."""
+    return (
+        f"asperity dataset {name} --family {dataset['family']} --size {dataset['size']} --count {dataset['count']} "
+        f"--seed {dataset['seed']}"
+    )
