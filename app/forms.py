@@ -1,13 +1,14 @@
 """The fields of a contact problem as people give them, with the unit in the name; shared by HTTP and command line."""
 
 from collections.abc import Iterable, Mapping
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, cast
 
 from pydantic import BaseModel, Field, FiniteFloat, ValidationError, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
 from app.errors import FieldError, InvalidFormError
 from app.uploads import HeightMap
+from model.methods import Accuracy, target_of
 from solver.problem import Boundary, ContactProblem, effective_modulus
 
 PositiveFinite = Annotated[FiniteFloat, Field(gt=0)]
@@ -100,6 +101,20 @@ class ProblemForm(BaseModel):
             self.youngs_modulus_1_gpa, self.poissons_ratio_1, self.youngs_modulus_2_gpa, self.poissons_ratio_2
         )
         return effective_modulus(modulus_1 * 1e9, ratio_1, modulus_2 * 1e9, ratio_2)
+
+
+def parse_accuracy(value: object) -> Accuracy:
+    """An accuracy from text.
+
+    Raises:
+        AccuracyError: neither a word of ``model.methods.TARGETS`` nor a number from 0 to 1.
+    """
+    try:
+        accuracy: Accuracy = float(str(value))
+    except ValueError:
+        accuracy = cast(Accuracy, value)
+    target_of(accuracy)
+    return accuracy
 
 
 def _given(*values: float | None) -> list[float]:

@@ -8,6 +8,7 @@ from app.schemas import ExpectedError, Numbers
 from app.surface import read_surface, surface_warnings
 from app.uploads import decode_png
 from model import Surrogate
+from model.methods import Accuracy
 from solver import ContactProblem, boyer_resistance
 from solver.problem import BoolArray
 
@@ -47,12 +48,13 @@ class Predicted:
     numbers: Numbers
 
 
-def predict(data: bytes, form: ProblemForm, surrogate: Surrogate, stopwatch: Stopwatch) -> Predicted:
+def predict(data: bytes, form: ProblemForm, accuracy: Accuracy, surrogate: Surrogate, stopwatch: Stopwatch) -> Predicted:
     """Predict the contact of an uploaded height map.
 
     Args:
         data: a PNG file.
         form: load, units and material.
+        accuracy: asked for.
         surrogate: the network, loaded.
         stopwatch: gets the stages decode, those of the surrogate, and measure.
 
@@ -64,7 +66,7 @@ def predict(data: bytes, form: ProblemForm, surrogate: Surrogate, stopwatch: Sto
     surface, warnings = read_surface(height_map, problem), surface_warnings(height_map, problem)
     stopwatch.lap("decode")
 
-    prediction = surrogate.predict(problem)
+    prediction = surrogate.predict(problem, accuracy)
     stopwatch.laps(prediction.timings_ms)
 
     mask = prediction.contact_mask

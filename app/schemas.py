@@ -1,18 +1,30 @@
 """What the HTTP interface takes and answers."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from fastapi import UploadFile
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, PlainValidator, WithJsonSchema
 
-from app.forms import ProblemForm
+from app.forms import ProblemForm, parse_accuracy
 from app.surface import Surface
+from model.errors import AccuracyError
+from model.methods import Accuracy
+
+
+def _accuracy(value: object) -> Accuracy:
+    try:
+        return parse_accuracy(value)
+    except AccuracyError as error:
+        raise ValueError(str(error)) from error
 
 
 class PredictionForm(ProblemForm):
     """A contact problem with its height map, as multipart form."""
 
     surface: UploadFile = Field(description="height map as an 8- or 16-bit grey PNG file; black is lowest, white highest")
+    accuracy: Annotated[Accuracy, PlainValidator(_accuracy), WithJsonSchema({"type": "string"})] = Field(
+        "balanced", description="accuracy: 'fast', 'balanced', 'exact', or the mean of 1 - Dice that is allowed, 0 to 1"
+    )
     verify: bool = Field(True, description="true or false: whether the reference solver checks the prediction")
     inline_mask: bool = Field(False, description="true or false: whether the answer holds the mask itself")
 

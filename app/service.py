@@ -70,7 +70,7 @@ class Service:
 
     def _predict(self, data: bytes, form: PredictionForm) -> PredictionAnswer:
         stopwatch = Stopwatch()
-        predicted = predict(data, form, self.surrogate, stopwatch)
+        predicted = predict(data, form, form.accuracy, self.surrogate, stopwatch)
         prediction_id = new_id()
         mask = mask_png(predicted.mask)
         stopwatch.lap("encode")

@@ -4,7 +4,7 @@ A directory holds ``dataset.json`` (the configuration), shards ``00000.safetenso
 of each. A shard holds the tensors ``codes`` (height maps, uint16, shape (samples, rows, columns)) and ``pressure`` (float16,
 in units of E* * rms slope, zero off contact, same shape), and in its metadata ``samples``, JSON, a list with what
 :class:`Sample` names. The same configuration gives the same bits; a build that was stopped goes on with the next shard.
-Shards from elsewhere, of any other solver, may be trained on if they follow this format.
+:func:`add_shard` takes samples from elsewhere, of any other solver.
 """
 
 import json
@@ -70,7 +70,11 @@ class DatasetConfig:
 
 @dataclass(frozen=True)
 class Sample:
-    """What a shard says of one of its samples, besides the arrays."""
+    """What a shard says of one of its samples, besides the arrays.
+
+    ``tolerance``, ``status`` and ``residual`` are of this package's solver. Where another solver knows the mask alone,
+    ``pressure_known`` is false and the pressure is any number above zero in contact.
+    """
 
     seed: int
     load_n: float
@@ -79,9 +83,10 @@ class Sample:
     pixel_size_y_um: float
     height_range_um: float
     effective_modulus_gpa: float
-    tolerance: float
-    status: str
-    residual: float
+    tolerance: float | None = None
+    status: str = Status.CONVERGED.name
+    residual: float | None = None
+    pressure_known: bool = True
 
     def problem(self, codes: NDArray[np.uint16]) -> ContactProblem:
         """The contact problem with the heights of the codes."""
@@ -170,6 +175,15 @@ def read_pairs(directory: Path) -> Iterator[tuple[ContactProblem, FloatArray]]:
                 yield problem, pressure.astype(np.float64) * (problem.effective_modulus * problem.rms_slope)
 
 
+def described(directory: Path) -> dict[str, Any]:
+    """The configuration of a data set; only the count of one from elsewhere."""
+    path = directory / "dataset.json"
+    if path.exists():
+        configuration: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        return configuration
+    return {"count": sum(entry["samples"] for entry in _entries(directory / "shards.jsonl"))}
+
+
 def export(directory: Path) -> None:
     """Write each height map of a data set as PNG, 16 bits, with a line in ``samples.jsonl`` that names file and units."""
     number = 0
@@ -221,13 +235,44 @@ def _make_shard(directory: Path, config: DatasetConfig, number: int, indices: ra
             codes.append(one.codes)
             scaled = solution.pressure / (one.problem.effective_modulus * one.problem.rms_slope)
             pressures.append(np.where(solution.pressure > 0, np.maximum(scaled, LEAST_PRESSURE), 0).astype(np.float16))
-    metadata = {"samples": json.dumps([asdict(sample) for sample in samples])}
-    data = save({"codes": np.stack(codes), "pressure": np.stack(pressures)}, metadata)
+    return write_shard(directory, number, Shard(samples, np.stack(codes), np.stack(pressures)))
+
+
+def write_shard(directory: Path, number: int, shard: Shard) -> dict[str, Any]:
+    """Write a shard; returns its line in the ledger."""
+    metadata = {"samples": json.dumps([asdict(sample) for sample in shard.samples])}
+    data = save({"codes": shard.codes, "pressure": shard.pressure}, metadata)
     path = _path(directory, number)
     temporary = path.with_suffix(".tmp")
     temporary.write_bytes(data)
     temporary.replace(path)
-    return {"shard": number, "samples": len(samples), "sha256": sha256(data).hexdigest()}
+    return {"shard": number, "samples": len(shard.samples), "sha256": sha256(data).hexdigest()}
+
+
+def add_shard(directory: Path, shard: Shard) -> None:
+    """Add samples from elsewhere, of any other solver, to a data set of one's own.
+
+    Args:
+        directory: made if it is not there; not one that :func:`build` fills.
+        shard: samples of one shape.
+
+    Raises:
+        DatasetError: arrays that do not go together, or a map without contact.
+    """
+    shapes = {shard.codes.shape, shard.pressure.shape, (len(shard.samples), *shard.codes.shape[1:])}
+    if len(shapes) > 1 or shard.codes.dtype != np.uint16 or shard.pressure.dtype != np.float16:
+        raise DatasetError(
+            f"There are {len(shard.samples)} samples, {shard.codes.dtype} codes of shape {shard.codes.shape} and "
+            f"{shard.pressure.dtype} pressures of shape {shard.pressure.shape}; give uint16 codes and float16 pressures of "
+            "shape (samples, rows, columns)."
+        )
+    if not (shard.pressure > 0).any(axis=(1, 2)).all():
+        raise DatasetError("A map has no contact; every load touches somewhere.")
+    directory.mkdir(parents=True, exist_ok=True)
+    ledger = directory / "shards.jsonl"
+    entry = write_shard(directory, len(_entries(ledger)), shard)
+    with ledger.open("a", encoding="utf-8") as lines:
+        lines.write(json.dumps(entry) + "\n")
 
 
 def draw(config: DatasetConfig, indices: range) -> list[Drawn]:

@@ -25,3 +25,11 @@ class AccuracyError(AsperityError):
     code = "invalid-accuracy"
     title = "The accuracy is not one that can be asked for"
     http_status = 422
+
+
+class AttributionError(AsperityError):
+    """An attribution without the package that it needs."""
+
+    code = "attribution-unavailable"
+    title = "Attributions are not available"
+    http_status = 501

@@ -16,12 +16,12 @@ from tqdm import tqdm
 from model.calibration import COVERED, QUANTITIES, ErrorBar
 from model.dataset import DatasetConfig, build, draw, read_pairs
 from model.features import log_load
+from model.held_out import HeldOutSet, held_out_sets
 from model.methods import METHODS, Choice, Measured, stored
 from model.metrics import compare
 from model.model_card import model_card
 from model.rows import Row
 from model.surrogate import EXACT, Prediction, Surrogate
-from model.test_sets import TestSet, test_sets
 from model.weights import MEASURED, SHIPPED
 from solver.problem import BoolArray, ContactProblem
 from solver.resistance import boyer_resistance
@@ -54,7 +54,7 @@ def evaluate(
     measured = measure(Surrogate.load(weights))
     (weights / MEASURED).write_text(stored(measured), encoding="utf-8")
     surrogate = Surrogate.load(weights)
-    sets = test_sets(count)
+    sets = held_out_sets(count)
     for one in sets:
         build(_directory(data, one), one.config, processes)
     ways: dict[str, Way] = {"network alone": surrogate.estimate, "served, balanced": surrogate.predict}
@@ -105,9 +105,9 @@ def _errors(problem: ContactProblem, reference: BoolArray, mask: BoolArray) -> t
     return 1 - comparison.dice, abs(comparison.area_error), abs(ratio - 1)
 
 
-def _row(way: Way, data: Path, test_set: TestSet) -> Row:
+def _row(way: Way, data: Path, held_out: HeldOutSet) -> Row:
     comparisons, errors, predictions, times = [], [], [], []
-    for problem, pressure in read_pairs(_directory(data, test_set)):
+    for problem, pressure in read_pairs(_directory(data, held_out)):
         reference = pressure > 0
         prediction, milliseconds = _timed(way, problem)
         comparisons.append(compare(reference, prediction.contact_mask))
@@ -117,9 +117,9 @@ def _row(way: Way, data: Path, test_set: TestSet) -> Row:
     dice = np.array([comparison.dice for comparison in comparisons])
     area = np.array([comparison.area_error for comparison in comparisons])
     return Row(
-        group=test_set.group,
-        name=test_set.name,
-        paper=test_set.paper,
+        group=held_out.group,
+        name=held_out.name,
+        paper=held_out.paper,
         maps=len(comparisons),
         dice=float(dice.mean()),
         dice_5th_percentile=float(np.percentile(dice, 5)),
@@ -136,5 +136,5 @@ def _row(way: Way, data: Path, test_set: TestSet) -> Row:
     )
 
 
-def _directory(data: Path, test_set: TestSet) -> Path:
-    return data / f"{test_set.group} {test_set.name}".replace(",", "").replace(" ", "-")
+def _directory(data: Path, held_out: HeldOutSet) -> Path:
+    return data / f"{held_out.group} {held_out.name}".replace(",", "").replace(" ", "-")

@@ -3,18 +3,20 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from model.held_out import TEST_SEED
 from model.methods import METHODS, Measured
 from model.metrics import BOUNDARY_TOLERANCE
 from model.rows import Row
 from model.surrogate import Surrogate
-from model.test_sets import TEST_SEED
 
 
 def model_card(surrogate: Surrogate, rows: Mapping[str, Sequence[Row]], measured: Sequence[Measured]) -> str:
     """The card as Markdown."""
     manifest = surrogate.weights.manifest
     training = manifest["training"]
-    builds = "\n".join(f"    {_build_command(name, data)}" for name, data in manifest["datasets"].items())
+    builds = "\n".join(
+        f"    {_build_command(name, data)}" for name, data in manifest["datasets"].items() if "family" in data
+    )
     problems = sum(data["count"] for data in manifest["datasets"].values())
     names = " ".join(f"--data {name}" for name in manifest["datasets"])
     parameters = sum(parameter.numel() for parameter in surrogate.weights.network.parameters())

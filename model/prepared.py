@@ -33,6 +33,7 @@ class Prepared:
         seeds: of the surfaces, shape (samples,).
         codes: height maps, uint16, shape (samples, rows, columns).
         pressure: reference, float16, same shape, in units of E* * rms slope.
+        known: whether the pressure is more than a mask, shape (samples,).
         mean, scale: heights in units of s * rms slope are (codes - mean) * scale; shape (samples,).
         coarse, conditions: see :class:`model.features.Features`.
     """
@@ -40,6 +41,7 @@ class Prepared:
     seeds: Tensor
     codes: Tensor
     pressure: Tensor
+    known: Tensor
     mean: Tensor
     scale: Tensor
     coarse: Tensor
@@ -86,6 +88,7 @@ def _read(path: Path) -> dict[str, Tensor]:
         "seeds": torch.tensor([sample.seed for sample in shard.samples]),
         "codes": torch.from_numpy(shard.codes),
         "pressure": torch.from_numpy(shard.pressure),
+        "known": torch.tensor([sample.pressure_known for sample in shard.samples]),
     }
     return {name: array[kept] for name, array in arrays.items()}
 

@@ -18,6 +18,7 @@ from torch.optim.swa_utils import AveragedModel
 from tqdm import tqdm
 
 from model.calibration import QUANTITIES, Evidence, calibrated
+from model.dataset import described
 from model.errors import DatasetError
 from model.features import TYPICAL_LOG_LOAD, Features, network_input
 from model.loss import contact_loss
@@ -164,7 +165,7 @@ def _step(
     fields = network_input(given).to(device)
     with torch.autocast(device.type, dtype=torch.bfloat16):
         logits, relative = network(fields, given.conditions.to(device))
-    loss = contact_loss(logits, relative, pressure.to(device))
+    loss = contact_loss(logits, relative, pressure.to(device), batch.grid.known[batch.samples].to(device))
     optimizer.zero_grad()
     loss.backward()
     torch.nn.utils.clip_grad_norm_(network.parameters(), 1.0)
@@ -222,10 +223,7 @@ def _description(config: TrainConfig, record: dict[str, Any], grids: list[Prepar
     conditions = torch.cat([grid.conditions for grid in grids])
     return {
         "training": asdict(config) | {"step": record["step"]},
-        "datasets": {
-            directory: json.loads((Path(directory) / "dataset.json").read_text(encoding="utf-8"))
-            for directory in config.data
-        },
+        "datasets": {directory: described(Path(directory)) for directory in config.data},
         "validation": record["validation"],
         "conditions": {"lowest": conditions.amin(0).tolist(), "highest": conditions.amax(0).tolist()},
     }

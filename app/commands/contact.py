@@ -8,10 +8,11 @@ from pathlib import Path
 from time import perf_counter
 from typing import Annotated, Any, cast
 
+import numpy as np
 import typer
 from tqdm import tqdm
 
-from app.forms import ProblemForm
+from app.forms import ProblemForm, parse_accuracy
 from app.uploads import decode_png
 from solver import ContactProblem, Solution, boyer_resistance, constriction_resistance
 from solver import solve as solve_contact
@@ -58,14 +59,29 @@ def parse_form(fields: dict[str, Any]) -> ProblemForm:
 
 
 @with_problem_options
-def predict(file: HeightMapFile, mask: MaskFile = None, as_json: AsJson = False, **fields: str | None) -> None:
+def predict(
+    file: HeightMapFile,
+    mask: MaskFile = None,
+    as_json: AsJson = False,
+    accuracy: Annotated[
+        str, typer.Option(help="fast, balanced, exact, or the mean of 1 - Dice that is allowed, from 0 to 1.")
+    ] = "balanced",
+    attribution: Annotated[
+        Path | None, typer.Option(dir_okay=False, help="Write here, as NPY, which heights moved the network's answer.")
+    ] = None,
+    **fields: str | None,
+) -> None:
     """Predict where a height map touches a flat under a load: mask, contact area, contact resistance."""
     from app.prediction import Stopwatch
     from app.prediction import predict as predict_contact
     from model import Surrogate
 
-    form = parse_form(fields)
-    predicted = predict_contact(file.read_bytes(), form, Surrogate.load(), Stopwatch())
+    form, surrogate = parse_form(fields), Surrogate.load()
+    predicted = predict_contact(file.read_bytes(), form, parse_accuracy(accuracy), surrogate, Stopwatch())
+    if attribution:
+        from model.attribution import attribution as attribute
+
+        np.save(attribution, attribute(surrogate, predicted.problem))
     numbers = predicted.numbers
     if mask:
         mask.write_bytes(mask_png(predicted.mask))

@@ -1,30 +1,61 @@
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from model import Surrogate, compare
-from model.dataset import read_pairs
-from model.evaluate import TEST_SEED, evaluate
+from model import evaluate as evaluation
+from model.dataset import DatasetConfig, read_pairs
+from model.held_out import TEST_SEED, HeldOutSet, held_out_sets
+from model.methods import METHODS, SOLVED, restored
+from model.weights import MEASURED, SHIPPED
+
+ONE_SET = HeldOutSet("by scale", "64 x 64", DatasetConfig(size=64, count=4, seed=TEST_SEED), 0.9)
 
 
-def test_the_card_holds_what_the_weights_reach_on_unseen_surfaces(tmp_path: Path) -> None:
-    (row,) = evaluate(tmp_path / "data", tmp_path / "card.md", sizes=(64,), count=4)
-    surrogate = Surrogate.load()
-    dice = [
-        compare(mask, surrogate.predict(problem).contact_mask).dice for problem, mask in read_pairs(tmp_path / "data/test64")
-    ]
-    assert row.maps == 4
-    assert row.dice == pytest.approx(np.mean(dice))
-    assert row.dice_5th_percentile == pytest.approx(np.percentile(dice, 5))
+@pytest.fixture
+def weights(tmp_path: Path) -> Path:
+    return Path(shutil.copytree(SHIPPED, tmp_path / "weights"))
+
+
+def test_the_card_holds_what_the_weights_reach_and_what_it_costs(
+    weights: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(evaluation, "held_out_sets", lambda _: [ONE_SET])
+    monkeypatch.setattr(evaluation, "MEASURED_SIZES", (32, 64))
+    monkeypatch.setattr(evaluation, "SURFACES", 2)
+    rows = evaluation.evaluate(tmp_path / "data", tmp_path / "card.md", weights)
+
+    surrogate = Surrogate.load(weights)
+    pairs = list(read_pairs(tmp_path / "data/by-scale-64-x-64"))
+    (alone,), (served,) = rows["network alone"], rows["served, balanced"]
+    dice = [compare(pressure > 0, surrogate.estimate(problem).contact_mask).dice for problem, pressure in pairs]
+    assert alone.maps == served.maps == 4
+    assert alone.dice == pytest.approx(np.mean(dice))
+    assert alone.dice_5th_percentile == pytest.approx(np.percentile(dice, 5))
+    assert alone.methods == {"surrogate": 4}
+    assert served.dice > 0.98
+
     card = (tmp_path / "card.md").read_text()
-    assert f"{row.dice:.4f}" in card
+    assert f"| by scale: 64 x 64 | 4 | {alone.dice:.4f} | 0.9 |" in card
     assert surrogate.version in card
     assert surrogate.weights.manifest["sha256"] in card
-    assert json.loads((tmp_path / "card.json").read_text())["rows"][0]["dice"] == row.dice
+    assert json.loads((tmp_path / "card.json").read_text())["network alone"][0]["dice"] == alone.dice
+
+    measured = restored((weights / MEASURED).read_text())
+    assert {one.pixels for one in measured} == {32**2, 64**2}
+    assert {one.method for one in measured} == set(METHODS)
+    assert all(one.errors["dice"].expected < 1e-3 for one in measured if one.method == SOLVED)
 
 
 def test_no_training_surface_is_a_test_surface() -> None:
+    seeds = [one.config.seed for one in held_out_sets(100)]
     for data in Surrogate.load().weights.manifest["datasets"].values():
-        assert data["seed"] + data["count"] <= TEST_SEED
+        assert data["seed"] + data["count"] <= min(seeds)
+
+
+def test_test_sets_share_no_surface_with_the_measured_ways_to_answer() -> None:
+    for one in held_out_sets(1000):
+        assert one.config.seed + one.config.count <= evaluation.MEASURED_SEED

@@ -1,12 +1,15 @@
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from model import Surrogate, compare
+from model.calibration import QUANTITIES, ErrorBar
 from model.errors import WeightsError
-from model.weights import SHIPPED
+from model.methods import NETWORK
+from model.weights import SHIPPED, load_weights
 from solver import ContactProblem, random_midpoint_displacement, solve
 
 UNSEEN_SEED = 20_000_000
@@ -29,7 +32,7 @@ def test_masks_of_unseen_surfaces(surrogate: Surrogate, size: int, floor: float)
     scores = []
     for seed, load in enumerate(np.linspace(10, 50, 8)):
         problem = rough(size, seed, float(load))
-        scores.append(compare(solve(problem).contact_mask, surrogate.predict(problem).contact_mask).dice)
+        scores.append(compare(solve(problem).contact_mask, surrogate.estimate(problem).contact_mask).dice)
     assert np.mean(scores) > floor
 
 
@@ -37,7 +40,7 @@ def test_the_expected_error_is_of_the_size_of_the_error(surrogate: Surrogate) ->
     errors, expected = [], []
     for seed in range(12):
         problem = rough(128, 100 + seed)
-        prediction = surrogate.predict(problem)
+        prediction = surrogate.estimate(problem)
         errors.append(1 - compare(solve(problem).contact_mask, prediction.contact_mask).dice)
         expected.append(prediction.expected_error.dice)
     assert 0.5 < np.mean(expected) / np.mean(errors) < 2
@@ -45,21 +48,21 @@ def test_the_expected_error_is_of_the_size_of_the_error(surrogate: Surrogate) ->
 
 def test_the_same_problem_gives_the_same_mask_in_any_units(surrogate: Surrogate) -> None:
     problem = rough(64, 200)
-    prediction = surrogate.predict(problem)
-    np.testing.assert_array_equal(surrogate.predict(problem).probability, prediction.probability)
+    prediction = surrogate.estimate(problem)
+    np.testing.assert_array_equal(surrogate.estimate(problem).probability, prediction.probability)
     softer = rough(64, 200, 3.0, effective_modulus=6.843e8)
-    assert compare(prediction.contact_mask, surrogate.predict(softer).contact_mask).dice > 0.995
+    assert compare(prediction.contact_mask, surrogate.estimate(softer).contact_mask).dice > 0.995
 
 
 def test_more_load_means_more_contact(surrogate: Surrogate) -> None:
-    fractions = [surrogate.predict(rough(128, 300, load)).contact_mask.mean() for load in (5.0, 10.0, 20.0, 50.0, 100.0)]
+    fractions = [surrogate.estimate(rough(128, 300, load)).contact_mask.mean() for load in (5.0, 10.0, 20.0, 50.0, 100.0)]
     assert fractions == sorted(fractions)
 
 
 @pytest.mark.parametrize("shape", [(16, 200), (50, 17), (100, 60)])
 def test_any_shape(surrogate: Surrogate, shape: tuple[int, int]) -> None:
     heights = random_midpoint_displacement(256, seed=7)[: shape[0], : shape[1]] * 50e-6
-    prediction = surrogate.predict(ContactProblem(heights, (4e-6, 4e-6), 1.0, 6.843e9))
+    prediction = surrogate.estimate(ContactProblem(heights, (4e-6, 4e-6), 1.0, 6.843e9))
     assert prediction.method == "surrogate"
     assert prediction.contact_mask.shape == prediction.probability.shape == shape
     assert prediction.contact_mask.any()
@@ -69,13 +72,13 @@ def test_any_shape(surrogate: Surrogate, shape: tuple[int, int]) -> None:
 def test_what_is_too_small_or_flat_is_solved(surrogate: Surrogate, heights: np.ndarray) -> None:
     problem = ContactProblem(heights, (1e-6, 1e-6), 1e-2, 1e9)
     prediction = surrogate.predict(problem)
-    assert prediction.method == "fft"
+    assert prediction.method == "solver"
     np.testing.assert_array_equal(prediction.contact_mask, solve(problem).contact_mask)
 
 
 def test_the_pressure_carries_the_load_on_the_mask(surrogate: Surrogate) -> None:
     problem = rough(128, 500)
-    prediction = surrogate.predict(problem)
+    prediction = surrogate.estimate(problem)
     np.testing.assert_array_equal(prediction.pressure > 0, prediction.contact_mask)
     assert prediction.pressure.sum() * problem.pixel_area == pytest.approx(problem.load, rel=1e-6)
 
@@ -83,14 +86,14 @@ def test_the_pressure_carries_the_load_on_the_mask(surrogate: Surrogate) -> None
 def test_a_hardness_is_left_to_the_solver(surrogate: Surrogate) -> None:
     problem = rough(64, 600, hardness=1e9)
     prediction = surrogate.predict(problem)
-    assert prediction.method == "fft"
+    assert prediction.method == "solver"
     assert prediction.pressure.max() <= 1e9
 
 
 def test_loads_beyond_training_are_said_to_be_so(surrogate: Surrogate) -> None:
-    assert surrogate.predict(rough(64, 400, 30.0)).in_distribution
-    assert not surrogate.predict(rough(64, 400, 30e6)).in_distribution
-    assert not surrogate.predict(rough(64, 400, 1e-6)).in_distribution
+    assert surrogate.estimate(rough(64, 400, 30.0)).in_distribution
+    assert not surrogate.estimate(rough(64, 400, 30e6)).in_distribution
+    assert not surrogate.estimate(rough(64, 400, 1e-6)).in_distribution
 
 
 def test_weights_are_loaded_by_hash(tmp_path: Path) -> None:
@@ -110,3 +113,39 @@ def test_weights_are_loaded_by_hash(tmp_path: Path) -> None:
 
 def test_shipped_weights_are_small() -> None:
     assert (SHIPPED / "network.safetensors").stat().st_size < 16e6
+
+
+@pytest.mark.parametrize("size", [32, 128, 256])
+def test_the_more_accuracy_is_asked_for_the_better_the_answer(surrogate: Surrogate, size: int) -> None:
+    problem = rough(size, 700)
+    reference = solve(problem).contact_mask
+    errors = {}
+    for accuracy in ("fast", "balanced", "exact"):
+        prediction = surrogate.predict(problem, accuracy)  # type: ignore[arg-type]
+        errors[accuracy] = 1 - compare(reference, prediction.contact_mask).dice
+        assert prediction.pressure.sum() * problem.pixel_area == pytest.approx(problem.load, rel=1e-6)
+    assert errors["fast"] < 0.06
+    assert errors["balanced"] < 0.03
+    assert errors["exact"] == 0
+
+
+def test_an_estimate_that_doubts_itself_is_solved_further(surrogate: Surrogate) -> None:
+    """Where the table says that the network will do, its own error bar has the last word."""
+    measured = surrogate.weights.measured
+    cheap = [replace(one, milliseconds=0.0) if one.method == NETWORK else one for one in measured]
+    eager = Surrogate(replace(load_weights(), measured=tuple(cheap)))
+    problem = rough(128, 800)
+    assert eager.predict(problem, 0.5).method == "surrogate"
+    own = eager.estimate(problem).expected_error.dice
+    sure = [
+        replace(one, errors=dict.fromkeys(QUANTITIES, ErrorBar(0.0, 0.0))) if one.method == NETWORK else one for one in cheap
+    ]
+    sceptical = Surrogate(replace(load_weights(), measured=tuple(sure)))
+    assert sceptical.predict(problem, own * 1.01).method == "surrogate"
+    assert sceptical.predict(problem, own * 0.99).method != "surrogate"
+
+
+def test_a_batch_of_estimates_is_its_problems_one_by_one(surrogate: Surrogate) -> None:
+    problems = [rough(64, 900, load) for load in (5.0, 30.0, 100.0)]
+    for one, problem in zip(surrogate.estimate_batch(problems), problems, strict=True):
+        assert compare(surrogate.estimate(problem).contact_mask, one.contact_mask).dice > 0.99

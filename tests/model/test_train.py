@@ -2,16 +2,18 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import torch
 
 from model import Surrogate
 from model import train as train_module
-from model.dataset import DatasetConfig, build
+from model.dataset import DatasetConfig, Sample, Shard, add_shard, build
 from model.errors import DatasetError
 from model.features import network_input
 from model.prepared import prepare
 from model.train import TrainConfig, _turned, train
+from model.weights import SHIPPED
 
 
 @pytest.fixture(scope="module")
@@ -83,6 +85,32 @@ def test_training_learns_and_its_weights_predict_and_are_trained_further(config:
 
     train(tmp_path / "second", replace(config, epochs=1, learning_rate=1e-5, start=str(tmp_path / "first/weights")))
     assert history(tmp_path / "second")[0]["loss"] < 1.2 * records[-1]["loss"]  # type: ignore[operator]
+
+
+def test_masks_of_another_solver_are_trained_on(tmp_path: Path) -> None:
+    generator = np.random.default_rng(0)
+    codes = generator.integers(0, 65535, (20, 24, 40)).astype(np.uint16)
+    masks = (codes > np.quantile(codes, 0.95, axis=(1, 2), keepdims=True)).astype(np.float16)
+    samples = [Sample(seed, 5.0, "free", 2.0, 3.0, 1.0, 100.0, pressure_known=False) for seed in range(20)]
+    add_shard(tmp_path / "fem", Shard(samples[:12], codes[:12], masks[:12]))
+    add_shard(tmp_path / "fem", Shard(samples[12:], codes[12:], masks[12:]))
+    (grid,) = prepare([tmp_path / "fem"], processes=1)
+    assert len(grid) == 20
+    assert not grid.known.any()
+    train(tmp_path / "run", TrainConfig(data=(str(tmp_path / "fem"),), epochs=1, start=str(SHIPPED)))
+    assert Surrogate.load(tmp_path / "run/weights").weights.manifest["datasets"][str(tmp_path / "fem")] == {"count": 20}
+
+
+def test_samples_that_do_not_go_together_are_refused(tmp_path: Path) -> None:
+    sample = Sample(0, 5.0, "free", 2.0, 3.0, 1.0, 100.0)
+    codes, pressure = np.zeros((1, 8, 8), np.uint16), np.ones((1, 8, 8), np.float16)
+    for shard, message in (
+        (Shard([sample, sample], codes, pressure), "2 samples"),
+        (Shard([sample], codes, pressure.astype(np.float64)), "float64 pressures"),  # type: ignore[arg-type]
+        (Shard([sample], codes, 0 * pressure), "no contact"),
+    ):
+        with pytest.raises(DatasetError, match=message):
+            add_shard(tmp_path, shard)
 
 
 def test_surfaces_are_split_by_their_seeds(data: Path) -> None:

@@ -40,6 +40,25 @@ def test_a_table_is_printed(command: str, surface: Path) -> None:
     assert "fraction" in done.stdout
 
 
+def test_an_accuracy_is_asked_for(surface: Path) -> None:
+    done = run("predict", surface, *OPTIONS, "--accuracy", "exact", "--json")
+    assert json.loads(done.stdout)["method"] == "solver"
+    refused = run("predict", surface, *OPTIONS, "--accuracy", "perfect")
+    assert refused.returncode == 2
+    assert "balanced" in refused.stderr
+
+
+def test_the_solve_adds_spots_stiffness_and_energy_and_caps_the_pressure(surface: Path) -> None:
+    done = run("solve", surface, *OPTIONS, "--hardness-gpa", "0.5", "--method", "multilevel", "--json")
+    assert done.returncode == 0, done.stderr
+    answer = json.loads(done.stdout)
+    assert answer["highest_pressure_gpa"] <= 0.5 * (1 + 1e-9)
+    assert answer["contact_spots"] >= 1
+    assert answer["contact_stiffness_n_per_m"] > 0
+    assert answer["elastic_energy_j"] > 0
+    assert 0 < answer["corrected_contact_area_mm2"] < answer["contact_area_mm2"]
+
+
 def test_the_solve_shows_its_progress_and_status(surface: Path) -> None:
     done = run("solve", surface, *OPTIONS)
     assert "residual=" in done.stderr

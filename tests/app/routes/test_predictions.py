@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
+from model import compare
 from solver import boyer_resistance, effective_modulus
 from tests.app.pngs import header, png, surface_codes, surface_png
 
@@ -41,11 +42,32 @@ def test_numbers_agree_with_the_mask(predict: Predict, mask_of: Callable[..., ND
     assert answer["contact_area_mm2"] == pytest.approx(mask.mean() * 1.0)
     pixel = (15.625e-6, 15.625e-6)
     assert answer["contact_resistance_ohm"] == pytest.approx(boyer_resistance(mask, pixel, 1.7e-8))
-    assert answer["method"] == "surrogate"
+    assert answer["method"] in {"surrogate", "surrogate and solver", "solver"}
     assert answer["verification"] is None
-    assert set(answer["expected_error"]) == {"dice", "contact_area", "contact_resistance"}
+    quantities = ("dice", "contact_area", "contact_resistance")
+    assert set(answer["expected_error"]) == {*quantities, *(f"{quantity}_bound" for quantity in quantities)}
+    for quantity in quantities:
+        assert 0 <= answer["expected_error"][quantity] <= answer["expected_error"][f"{quantity}_bound"] <= 1
     stages = [value for stage, value in answer["timings_ms"].items() if stage != "total"]
     assert sum(stages) == pytest.approx(answer["timings_ms"]["total"], rel=0.2)
+
+
+def test_the_accuracy_asked_for_is_reached(predict: Predict, mask_of: Callable[..., NDArray[np.bool_]]) -> None:
+    exact = predict(accuracy="exact")
+    assert exact.json()["method"] == "solver"
+    assert set(exact.json()["expected_error"].values()) == {0.0}
+    reference = mask_of(exact)
+    for accuracy, floor in (("fast", 0.9), ("balanced", 0.97), ("0.02", 0.95)):
+        assert compare(reference, mask_of(predict(accuracy=accuracy))).dice > floor
+
+
+@pytest.mark.parametrize("accuracy", ["perfect", "2", "nan"])
+def test_other_accuracies_are_refused(predict: Predict, accuracy: str) -> None:
+    response = predict(accuracy=accuracy)
+    assert response.status_code == 422
+    (error,) = response.json()["errors"]
+    assert error["field"] == "accuracy"
+    assert "'balanced'" in error["message"]
 
 
 def test_what_was_read_is_told(predict: Predict) -> None:

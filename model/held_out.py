@@ -14,7 +14,7 @@ PAPER_BY_LOAD = (0.9002, 0.9384, 0.9535, 0.9406, 0.9117)
 
 
 @dataclass(frozen=True)
-class TestSet:
+class HeldOutSet:
     """A data set with a name, and the Dice of the paper on one like it."""
 
     group: str
@@ -23,10 +23,10 @@ class TestSet:
     paper: float | None = None
 
 
-def test_sets(count: int) -> list[TestSet]:
+def held_out_sets(count: int) -> list[HeldOutSet]:
     """All test sets; ``count`` is the number of maps up to 128 x 128, larger ones have fewer."""
     by_size = [
-        TestSet(
+        HeldOutSet(
             "by scale, 30 N",
             f"{size} x {size}",
             DatasetConfig(size=size, count=_fewer(count, size), seed=TEST_SEED, load_range_n=(30.0, 30.0)),
@@ -35,7 +35,7 @@ def test_sets(count: int) -> list[TestSet]:
         for size, paper in zip(SIZES, PAPER_BY_SIZE, strict=True)
     ]
     by_load = [
-        TestSet(
+        HeldOutSet(
             "by load, 128 x 128",
             f"{load:g} N",
             DatasetConfig(count=count, seed=TEST_SEED + 100_000, load_range_n=(load, load)),
@@ -44,7 +44,7 @@ def test_sets(count: int) -> list[TestSet]:
         for load, paper in zip(LOADS_N, PAPER_BY_LOAD, strict=True)
     ]
     by_kind = [
-        TestSet(
+        HeldOutSet(
             "other surfaces, 128 x 128",
             f"Hurst exponent {hurst:g}",
             DatasetConfig(count=count, seed=TEST_SEED + 200_000, hurst_range=(hurst, hurst)),
@@ -52,12 +52,12 @@ def test_sets(count: int) -> list[TestSet]:
         for hurst in (0.2, 0.8)
     ]
     by_kind += [
-        TestSet(
+        HeldOutSet(
             "other surfaces, 128 x 128",
             "little contact, 0.5 to 3 N",
             DatasetConfig(count=count, seed=TEST_SEED + 300_000, load_range_n=(0.5, 3.0)),
         ),
-        TestSet(
+        HeldOutSet(
             "other surfaces, 128 x 128",
             "varied, both boundaries",
             DatasetConfig(count=2 * count, seed=TEST_SEED + 400_000, family="varied"),

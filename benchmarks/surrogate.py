@@ -1,0 +1,85 @@
+"""The network alone against this package's own solver stopped as soon as its mask is as good; all cores, features included.
+
+    asperity benchmark surrogate
+
+Random midpoint surfaces under 30 N, free boundary; times are the better of two, operators kept. `stopped` is the solver at
+the loosest of a ladder of tolerances at which its Dice is no lower.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from benchmarks.cases import midpoint_problem
+from model import Surrogate, compare
+from solver import solve
+
+SIZES = (128, 256, 512, 1024, 2048)
+SURFACES = 3
+SEED = 30_000_000
+LADDER = (1.0, 0.5, 0.3, 0.2, 0.1, 0.05, 0.03, 0.02, 0.01, 0.005, 0.003, 0.001, 1e-6)
+LOADS = np.geomspace(10, 50, 32)
+
+
+def main() -> None:
+    """Print the tables."""
+    surrogate = Surrogate.load()
+    print("| N | Dice | features ms | network ms | stopped at | Dice, stopped | stopped ms | stopped / network alone |")
+    print("|---|---|---|---|---|---|---|---|")
+    tolerances = {}
+    for size in SIZES:
+        problems = [midpoint_problem(size, 30.0, seed=SEED + i) for i in range(SURFACES)]
+        references = [solve(problem).contact_mask for problem in problems]
+        estimates = [_timed(surrogate.estimate, problem) for problem in problems]
+        dice = _mean_dice(references, [estimate for estimate, _ in estimates])
+        for tolerance in LADDER:
+            stopped = [_timed(lambda p, t=tolerance: solve(p, tolerance=t), problem) for problem in problems]
+            reached = _mean_dice(references, [solution for solution, _ in stopped])
+            if reached >= dice:
+                break
+        tolerances[size] = tolerance
+        ours, theirs = (np.mean([ms for _, ms in results]) for results in (estimates, stopped))
+        stages = [np.mean([e.timings_ms[stage] for e, _ in estimates]) for stage in ("features", "network")]
+        print(
+            f"| {size} | {dice:.4f} | {stages[0]:.1f} | {stages[1]:.1f} | {tolerance:g} | {reached:.4f} | {theirs:.1f} "
+            f"| {theirs / ours:.2f} |",
+            flush=True,
+        )
+
+    many = [replace(midpoint_problem(512, 30.0, seed=SEED), load=float(load)) for load in LOADS]
+    _, together = _timed(surrogate.estimate_batch, many)
+    _, one_by_one = _timed(lambda problems: [solve(p, tolerance=tolerances[512]) for p in problems], many)
+    print(
+        f"\n{len(many)} loads of one 512 x 512 surface: {together:.0f} ms in one batch, {one_by_one:.0f} ms stopped one by one,"
+    )
+    print(f"ratio {one_by_one / together:.1f}.")
+
+    print("\nFull solve (1e-6) from the predicted pressure and from the solver's own start:\n")
+    print("| N | iterations, own | iterations, predicted | ms, own | ms, predicted without predicting |")
+    print("|---|---|---|---|---|")
+    for size in (256, 512, 1024):
+        problem = midpoint_problem(size, 30.0, seed=SEED)
+        pressure = surrogate.estimate(problem).pressure
+        own, own_ms = _timed(solve, problem)
+        warm, warm_ms = _timed(lambda p, start=pressure: solve(p, initial_pressure=start), problem)
+        print(f"| {size} | {own.iterations} | {warm.iterations} | {own_ms:.0f} | {warm_ms:.0f} |", flush=True)
+
+
+def _timed(work: Callable[[Any], Any], argument: Any) -> tuple[Any, float]:
+    times = []
+    for _ in range(2):
+        started = time.perf_counter()
+        result = work(argument)
+        times.append(time.perf_counter() - started)
+    return result, min(times) * 1e3
+
+
+def _mean_dice(references: list[np.ndarray], answers: list[Any]) -> float:
+    return float(np.mean([compare(r, a.contact_mask).dice for r, a in zip(references, answers, strict=True)]))
+
+
+if __name__ == "__main__":
+    main()
