@@ -3,31 +3,20 @@
 asperity benchmark latency
 """
 
-import tempfile
 import time
-from pathlib import Path
 
 import numpy as np
 
-from benchmarks.service import post, service, wait_for_job
-from model.dataset import DatasetConfig, build, read_samples
+from benchmarks.service import midpoint_upload, post, service, wait_for_job
 
 REPEATS = 20
 
 
 def main() -> None:
     """Print the medians and their ratio."""
-    with tempfile.TemporaryDirectory() as directory, service() as (client, _):
-        build(Path(directory), DatasetConfig(size=512, count=1, seed=30_000_000, load_range_n=(30.0, 30.0)))
-        (sample,) = read_samples(Path(directory))
-        png = (Path(directory) / sample.heights).read_bytes()
-        fields = {
-            "load_n": sample.load_n,
-            "pixel_size_um": sample.pixel_size_x_um,
-            "height_range_um": sample.height_range_um,
-            "effective_modulus_gpa": sample.effective_modulus_gpa,
-            "resistivity_ohm_m": 1.7e-8,
-        }
+    png, fields = midpoint_upload(512, 30.0)
+    fields |= {"resistivity_ohm_m": 1.7e-8}
+    with service() as (client, _):
         for _ in range(3):
             post(client, png, **fields, verify=False)
         answers, seconds, solves = [], [], []

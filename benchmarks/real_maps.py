@@ -17,6 +17,7 @@ from PIL import Image
 
 from app.uploads import decode_png
 from benchmarks.service import post, service, wait_for_job
+from model import Surrogate, compare
 from solver import ContactProblem, solve
 
 MODULUS_GPA = 100.0
@@ -53,7 +54,10 @@ def main() -> None:
     """Print a table, one map a row."""
     directory = Path(sys.argv[1])
     pictures = Path(sys.argv[2]) if len(sys.argv) > 2 else None
-    print("| map | rows x columns | load N | status | contact | Dice | BF | area error | resistance error | verification |")
+    surrogate = Surrogate.load()
+    print(
+        "| map | rows x columns | load N | contact | network alone: Dice | expected | served by | Dice | area error | solve s |"
+    )
     print("|---|---|---|---|---|---|---|---|---|---|")
     with service() as (client, _):
         for entry in json.loads((directory / "surfaces.json").read_text()):
@@ -61,22 +65,23 @@ def main() -> None:
             pixel_size = entry["pixel_size_y_um"] * 1e-6, entry["pixel_size_x_um"] * 1e-6
             heights = decode_png(png).heights(entry["height_range_um"] * 1e-6)
             load = load_for_fraction(heights, pixel_size)
-            answer = post(
-                client, png, load_n=load, **_units(entry), effective_modulus_gpa=MODULUS_GPA, resistivity_ohm_m=1e-7
-            )
+            answer = post(client, png, load_n=load, **_units(entry), **MATERIAL)
             job = wait_for_job(client, answer["verification"]["job_id"])
+            if job["status"] != "finished" or not job["result"]["converged"]:
+                print(f"| {entry['name']} | {job['status']}: {job['error'] or job['result']['status']} |", flush=True)
+                continue
             result, found = job["result"], job["comparison"]
+            masks = [client.get(url).content for url in (answer["mask_url"], result["mask_url"])]
+            alone = surrogate.estimate(ContactProblem(heights, pixel_size, load, MODULUS_GPA * 1e9))
+            reference = np.array(Image.open(BytesIO(masks[1])), dtype=bool)
             print(
-                f"| {entry['name']} | {heights.shape[0]} x {heights.shape[1]} | {load:g} | {job['status']} "
-                f"| {result['contact_fraction']:.2%} | {found['dice']:.4f} | {found['bf_score']:.4f} "
-                f"| {found['area_error']:+.2%} "
-                f"| {found['resistance_error']:+.2%} "
-                f"| residual {result['residual']:.1e} in {result['solve_seconds']:.1f} s |",
+                f"| {entry['name']} | {heights.shape[0]} x {heights.shape[1]} | {load:g} | {result['contact_fraction']:.2%} "
+                f"| {compare(reference, alone.contact_mask).dice:.4f} | {1 - alone.expected_error.dice:.4f} "
+                f"| {answer['method']} | {found['dice']:.4f} | {found['area_error']:+.2%} | {result['solve_seconds']:.1f} |",
                 flush=True,
             )
             if pictures:
                 pictures.mkdir(parents=True, exist_ok=True)
-                masks = [client.get(url).content for url in (answer["mask_url"], result["mask_url"])]
                 draw(png, *masks, pictures / f"{entry['name']}.png")
 
 

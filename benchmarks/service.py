@@ -8,12 +8,17 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import httpx
+from PIL import Image
+
+from model.families import Units, midpoint_problems
 
 START_TIMEOUT_S = 120
+SEED = 30_000_000
 
 
 @contextmanager
@@ -47,6 +52,21 @@ def _ready(client: httpx.Client) -> bool:
         return client.get("/readyz").status_code == 200
     except httpx.TransportError:
         return False
+
+
+def midpoint_upload(size: int, load_n: float) -> tuple[bytes, dict[str, Any]]:
+    """A random midpoint surface of 1 mm square as a 16-bit PNG, and the fields that go with it."""
+    units = Units()
+    (drawn,) = midpoint_problems(size, range(SEED, SEED + 1), (0.5, 0.5), (load_n, load_n), units)
+    file = BytesIO()
+    Image.fromarray(drawn.codes).save(file, "PNG")
+    fields = {
+        "load_n": load_n,
+        "pixel_size_um": units.side_mm * 1e3 / size,
+        "height_range_um": units.height_range_um,
+        "effective_modulus_gpa": units.effective_modulus_gpa,
+    }
+    return file.getvalue(), fields
 
 
 def post(client: httpx.Client, png: bytes, **fields: Any) -> dict[str, Any]:

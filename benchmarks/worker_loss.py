@@ -5,28 +5,17 @@ asperity benchmark worker-loss
 
 import os
 import signal
-import tempfile
 import time
 from pathlib import Path
 
-from benchmarks.service import post, service, wait_for_job
-from model.dataset import DatasetConfig, build, read_samples
+from benchmarks.service import midpoint_upload, post, service, wait_for_job
 
 
 def main() -> None:
     """Print the time from the kill to the finished job."""
-    with tempfile.TemporaryDirectory() as directory, service() as (client, pid):
-        build(Path(directory), DatasetConfig(size=1024, count=1, seed=30_000_000, load_range_n=(100.0, 100.0)))
-        (sample,) = read_samples(Path(directory))
-        png = (Path(directory) / sample.heights).read_bytes()
-        answer = post(
-            client,
-            png,
-            load_n=sample.load_n,
-            pixel_size_um=sample.pixel_size_x_um,
-            height_range_um=sample.height_range_um,
-            effective_modulus_gpa=sample.effective_modulus_gpa,
-        )
+    png, fields = midpoint_upload(1024, 100.0)
+    with service() as (client, pid):
+        answer = post(client, png, **fields)
         url = answer["verification"]["url"]
         while not (job := client.get(url).json())["progress"]:
             time.sleep(0.05)
