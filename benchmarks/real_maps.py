@@ -55,9 +55,7 @@ def main() -> None:
     directory = Path(sys.argv[1])
     pictures = Path(sys.argv[2]) if len(sys.argv) > 2 else None
     surrogate = Surrogate.load()
-    print(
-        "| map | rows x columns | load N | contact | network alone: Dice | expected | served by | Dice | area error | solve s |"
-    )
+    print("| map | pixels | load N | contact | network alone: Dice | expected | served by | Dice | area error | solve s |")
     print("|---|---|---|---|---|---|---|---|---|---|")
     with service() as (client, _):
         for entry in json.loads((directory / "surfaces.json").read_text()):

@@ -6,12 +6,21 @@ from typing import Any
 from model.held_out import TEST_SEED
 from model.methods import METHODS, Measured
 from model.metrics import BOUNDARY_TOLERANCE
-from model.rows import Row
+from model.outcome import Row
 from model.surrogate import Surrogate
 
 
-def model_card(surrogate: Surrogate, rows: Mapping[str, Sequence[Row]], measured: Sequence[Measured]) -> str:
-    """The card as Markdown."""
+def model_card(
+    surrogate: Surrogate, rows: Mapping[str, Sequence[Row]], measured: Sequence[Measured], pictures: Mapping[str, str]
+) -> str:
+    """The card as Markdown.
+
+    Args:
+        surrogate: whose card it is.
+        rows: by way to answer.
+        measured: ways to answer.
+        pictures: captions by file, relative to the card.
+    """
     manifest = surrogate.weights.manifest
     training = manifest["training"]
     builds = "\n".join(
@@ -20,6 +29,7 @@ def model_card(surrogate: Surrogate, rows: Mapping[str, Sequence[Row]], measured
     problems = sum(data["count"] for data in manifest["datasets"].values())
     names = " ".join(f"--data {name}" for name in manifest["datasets"])
     parameters = sum(parameter.numel() for parameter in surrogate.weights.network.parameters())
+    drawn = "\n".join(f"![{caption}]({file})\n\n{caption}\n" for file, caption in pictures.items())
     tables = "\n".join(f"### {name.capitalize()}\n\n{table(found)}" for name, found in rows.items())
     return f"""# Model card: {surrogate.version}
 
@@ -45,6 +55,9 @@ formula on both masks; `paper` is the Dice coefficient in Tables 1 and 2 of the 
 machine that wrote this page.
 
 {tables}
+## Pictures, network alone
+
+{drawn}
 ## What every way to answer costs
 
 Mean 1 - Dice and median ms on two cores of the machine that wrote this page, on random midpoint surfaces; `network 0.1` is

@@ -26,11 +26,12 @@ from model.mask import decide, doubt
 from model.metrics import compare
 from model.network import ContactNet
 from model.prepared import Prepared, prepare
+from model.team import join
 from model.weights import load_network, save_weights
 from solver.resistance import boyer_resistance
 
 BATCH_PIXELS = 32 * 128**2
-"""Pixels a step; batches of small maps have more of them."""
+"""Pixels a step and process; batches of small maps have more of them."""
 
 VALIDATED = 200
 """Held-out maps of each grid that a validation looks at."""
@@ -73,21 +74,27 @@ def train(directory: Path, config: TrainConfig, processes: int = 1) -> None:
     Args:
         directory: of the run: ``checkpoint.pt``, ``history.jsonl`` and ``weights/``.
         config: the same as before if the directory holds a checkpoint.
-        processes: how many compute features, where they are missing; torch trains on all cores or on the GPU.
+        processes: how many compute features, where they are missing; torch trains on all cores, on the GPU, or, under
+            torchrun, on many.
 
     Raises:
         DatasetError: no data set, or a checkpoint of another configuration.
     """
+    team = join()
+    device = team.device
     directory.mkdir(parents=True, exist_ok=True)
-    device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     torch.manual_seed(config.seed)
     network = (load_network(Path(config.start)) if config.start else ContactNet()).to(device)
     averaged = AveragedModel(network, avg_fn=_running_mean(config.averaging), use_buffers=True)
     mean: ContactNet = averaged.module  # type: ignore[assignment]
     optimizer = torch.optim.AdamW(network.parameters(), lr=config.learning_rate)
 
+    if not team.leads:
+        team.wait()
     grids = prepare(map(Path, config.data), processes)
-    a_epoch = sum(1 for _ in _epoch(grids, config.seed, 0))
+    if team.leads:
+        team.wait()
+    a_epoch = sum(1 for _ in _epoch(grids, team.size, config.seed, 0))
     steps = config.epochs * a_epoch
     scheduler = OneCycleLR(optimizer, config.learning_rate, total_steps=steps, pct_start=0.1)
     step = 0
@@ -102,20 +109,21 @@ def train(directory: Path, config: TrainConfig, processes: int = 1) -> None:
         scheduler.load_state_dict(state["scheduler"])
         step = state["step"]
 
+    together = team.together(network)
     losses: list[float] = []
-    bar = tqdm(total=steps, initial=step, unit="step")
+    bar = tqdm(total=steps, initial=step, unit="step", disable=not team.leads)
     while step < steps:
-        batches = list(_epoch(grids, config.seed, step // a_epoch))[step % a_epoch :]
+        batches = list(_epoch(grids, team.size, config.seed, step // a_epoch))[step % a_epoch :]
         for batch in batches:
             network.train()
             generator = torch.Generator().manual_seed(config.seed * steps + step)
-            losses.append(_step(network, optimizer, batch, generator, device))
+            losses.append(_step(together, optimizer, Batch(batch.grid, team.share(batch.samples)), generator, device))
             scheduler.step()
             averaged.update_parameters(network)
             step += 1
             bar.update()
             bar.set_postfix(loss=f"{np.mean(losses[-100:]):.4f}")
-            if step % config.checkpoint_every == 0 or step == steps:
+            if team.leads and (step % config.checkpoint_every == 0 or step == steps):
                 found, calibration = validate(mean, grids, device)
                 record = {"step": step, "loss": float(np.mean(losses)), "validation": found}
                 losses = []
@@ -144,20 +152,24 @@ def _running_mean(decay: float) -> Callable[[Tensor, Tensor, Tensor | int], Tens
     return update
 
 
-def _epoch(grids: list[Prepared], seed: int, epoch: int) -> Iterator[Batch]:
+def _epoch(grids: list[Prepared], team_size: int, seed: int, epoch: int) -> Iterator[Batch]:
     """All training maps once, in batches of one grid each, in an order of the epoch's own."""
     generator = torch.Generator().manual_seed(seed + 7919 * epoch)
     batches = []
     for grid in grids:
         members = grid.members("training")
         order = members[torch.randperm(len(members), generator=generator)]
-        size = max(1, BATCH_PIXELS // grid.codes[0].numel())
-        batches += [Batch(grid, samples) for samples in order.split(size) if len(samples) > 1]
+        size = team_size * max(1, BATCH_PIXELS // grid.codes[0].numel())
+        batches += [Batch(grid, samples) for samples in order.split(size) if len(samples) >= max(2, team_size)]
     yield from (batches[i] for i in torch.randperm(len(batches), generator=generator).tolist())
 
 
 def _step(
-    network: ContactNet, optimizer: torch.optim.Optimizer, batch: Batch, generator: torch.Generator, device: torch.device
+    network: torch.nn.Module,
+    optimizer: torch.optim.Optimizer,
+    batch: Batch,
+    generator: torch.Generator,
+    device: torch.device,
 ) -> float:
     given = batch.grid.features(batch.samples)
     pressure = batch.grid.pressure[batch.samples].float()

@@ -4,10 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from model import Surrogate, compare
 from model import evaluate as evaluation
 from model.dataset import DatasetConfig, read_pairs
+from model.figures import radial_spectrum
 from model.held_out import TEST_SEED, HeldOutSet, held_out_sets
 from model.methods import METHODS, SOLVED, restored
 from model.weights import MEASURED, SHIPPED
@@ -44,6 +46,11 @@ def test_the_card_holds_what_the_weights_reach_and_what_it_costs(
     assert surrogate.weights.manifest["sha256"] in card
     assert json.loads((tmp_path / "card.json").read_text())["network alone"][0]["dice"] == alone.dice
 
+    for name in ("scales", "loads", "areas", "by_scale", "by_load", "worst"):
+        picture = Image.open(tmp_path / f"figures/{name}.png")
+        assert min(picture.size) > 100
+        assert f"(figures/{name}.png)" in card
+
     measured = restored((weights / MEASURED).read_text())
     assert {one.pixels for one in measured} == {32**2, 64**2}
     assert {one.method for one in measured} == set(METHODS)
@@ -59,3 +66,13 @@ def test_no_training_surface_is_a_test_surface() -> None:
 def test_test_sets_share_no_surface_with_the_measured_ways_to_answer() -> None:
     for one in held_out_sets(1000):
         assert one.config.seed + one.config.count <= evaluation.MEASURED_SEED
+
+
+def test_the_radial_spectrum_of_a_wave_is_at_its_frequency() -> None:
+    """cos(2 pi 5 x / n) as a mask has its power at 5, and the mean of the mask at 0 (paper Eqs. 22-25)."""
+    columns = np.arange(60)
+    mask = np.broadcast_to(np.cos(2 * np.pi * 5 * columns / 60) > 0, (40, 60))
+    spectrum = radial_spectrum(mask)
+    assert len(spectrum) == 20
+    assert spectrum[0] == pytest.approx(mask.sum() ** 2)
+    assert spectrum[1:].argmax() + 1 == 5

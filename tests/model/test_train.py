@@ -1,4 +1,7 @@
 import json
+import os
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -145,3 +148,20 @@ def test_maps_turn_with_their_pressures_in_all_eight_ways(data: Path) -> None:
         assert ((network_input(turned)[:, 0] < 0) == (turned_pressure > 0)).sum() == overlap.sum()
         seen.add(tuple(turned_pressure.flatten().tolist()))
     assert len(seen) == 8
+
+
+def test_a_team_under_torchrun_learns_as_one(config: TrainConfig, tmp_path: Path) -> None:
+    """Two processes on the processor; only one writes, and the weights predict."""
+    command = [Path(sys.executable).with_name("torchrun"), "--standalone", "--nproc-per-node", "2", "--no-python"]
+    data = [word for directory in config.data for word in ("--data", directory)]
+    training = [Path(sys.executable).with_name("asperity"), "train", tmp_path, *data, "--epochs", "1"]
+    done = subprocess.run(
+        [*map(str, command), *map(str, training)],
+        env=os.environ | {"OMP_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+        timeout=240,
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert len(history(tmp_path)) == 1
+    assert Surrogate.load(tmp_path / "weights").weights.manifest["training"]["epochs"] == 1
