@@ -5,7 +5,7 @@ pressure or its own start, as far as the accuracy asks for.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 
@@ -13,19 +13,25 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
+from torch.nn import functional
 
 from model.calibration import ErrorBar, Evidence, error_bars
 from model.features import SMALLEST_SIDE, Features, features, log_load, network_input
 from model.mask import decide, doubt
 from model.methods import NETWORK, SOLVED, Accuracy, Choice, Method, choose, target_of
-from model.network import balanced_pressure
 from model.weights import SHIPPED, Weights, load_weights
-from solver.errors import NotConvergedError
-from solver.problem import BoolArray, ContactProblem, FloatArray
+from solver.errors import InvalidLoadError, NotConvergedError
+from solver.problem import BoolArray, Boundary, ContactProblem, FloatArray
 from solver.solve import solve
 
 BATCH_PIXELS = 2**18
 """Pixels that the network sees at a time."""
+
+WRAPPED = 16
+"""Pixels of the opposite edge that the network sees around a periodic map."""
+
+NODES = 1.25
+"""Ratio of the loads of a sweep at which the network is asked."""
 
 EXACT = {quantity: ErrorBar(0.0, 0.0) for quantity in ("dice", "contact_area", "contact_resistance")}
 
@@ -139,40 +145,83 @@ class Surrogate:
         return self.estimate_batch([problem])[0]
 
     def estimate_batch(self, problems: Sequence[ContactProblem]) -> list[Prediction]:
-        """What the network alone says of problems of one shape, pixel size and boundary: many surfaces, or many loads."""
+        """What the network alone says of problems of one shape, pixel size and boundary."""
         started = perf_counter()
         given = features(problems)
         between = perf_counter()
-        logits, relative = self._evaluate(given)
-        probabilities = torch.sigmoid(logits).numpy()
-        pressures = balanced_pressure(logits, relative, given.load).double().numpy()
+        logits, relative = self._evaluate(given, problems[0].boundary)
+        finished = perf_counter()
+        timings_ms = {"features": (between - started) * 1e3, "network": (finished - between) * 1e3}
+        shared = {stage: milliseconds / len(problems) for stage, milliseconds in timings_ms.items()}
+        return [
+            self._prediction(problem, logits[i], relative[i], given.conditions[i], shared)
+            for i, problem in enumerate(problems)
+        ]
+
+    def estimate_sweep(self, problem: ContactProblem, loads: Sequence[float]) -> list[Prediction]:
+        """What the network alone says of one surface under many loads.
+
+        What it says changes smoothly with the load, so it is asked at loads a factor of ``NODES`` apart and interpolated
+        between them, linearly in the logarithm of the load.
+
+        Args:
+            problem: surface and material; its own load does not matter.
+            loads: in N, at least one, in any order.
+
+        Returns:
+            One a load, in the order of the loads.
+
+        Raises:
+            InvalidLoadError: no load, or one that is not positive and finite.
+        """
+        if len(loads) == 0:
+            raise InvalidLoadError("There is no load to predict for; give one or more.")
+        problems = [replace(problem, load=load) for load in loads]
+        logs = np.log(loads)
+        count = min(len(set(loads)), 1 + int(np.ceil(np.ptp(logs) / np.log(NODES))))
+        nodes = np.linspace(logs.min(), logs.max(), count) if count < len(set(loads)) else np.unique(logs)
+        started = perf_counter()
+        given = features([replace(problem, load=float(np.exp(node))) for node in nodes])
+        logits, relative = self._evaluate(given, problem.boundary)
         predictions = []
-        for i, problem in enumerate(problems):
-            mask = decide(probabilities[i])
-            pressure = np.where(mask, pressures[i], 0.0)
-            evidence = Evidence(doubt(probabilities[i], mask), int(np.count_nonzero(mask)), log_load(problem))
-            stages = {"features": between - started, "network": perf_counter() - between}
-            predictions.append(
-                Prediction(
-                    contact_mask=mask,
-                    probability=probabilities[i],
-                    pressure=pressure * (problem.nominal_pressure / pressure.mean()),
-                    method=NETWORK.name,
-                    expected_error=ExpectedError.of(error_bars(evidence, self.weights.manifest["calibration"])),
-                    in_distribution=self._in_distribution(given.conditions[i]),
-                    timings_ms={stage: seconds * 1e3 / len(problems) for stage, seconds in stages.items()},
-                )
-            )
+        for one, log in zip(problems, logs, strict=True):
+            above = int(np.clip(np.searchsorted(nodes, log), 1, max(len(nodes) - 1, 1)))
+            below, above = above - 1, min(above, len(nodes) - 1)
+            share = float((log - nodes[below]) / (nodes[above] - nodes[below])) if above > below else 0.0
+            between = [torch.lerp(field[below], field[above], share) for field in (logits, relative, given.conditions)]
+            timings_ms = {"network": (perf_counter() - started) * 1e3 / len(loads)}
+            predictions.append(self._prediction(one, between[0], between[1], between[2], timings_ms))
         return predictions
 
+    def _prediction(
+        self, problem: ContactProblem, logits: Tensor, relative: Tensor, conditions: Tensor, timings_ms: dict[str, float]
+    ) -> Prediction:
+        """A prediction from what the network says, fields of shape (rows, columns)."""
+        probability: NDArray[np.float32] = torch.sigmoid(logits).numpy()
+        mask = decide(probability)
+        pressure = np.where(mask, probability * relative.numpy(), 0.0)
+        evidence = Evidence(doubt(probability, mask), int(np.count_nonzero(mask)), log_load(problem))
+        return Prediction(
+            contact_mask=mask,
+            probability=probability,
+            pressure=pressure * (problem.nominal_pressure / pressure.mean()),
+            method=NETWORK.name,
+            expected_error=ExpectedError.of(error_bars(evidence, self.weights.manifest["calibration"])),
+            in_distribution=self._in_distribution(conditions),
+            timings_ms=timings_ms,
+        )
+
     @torch.inference_mode()
-    def _evaluate(self, given: Features) -> tuple[Tensor, Tensor]:
+    def _evaluate(self, given: Features, boundary: Boundary) -> tuple[Tensor, Tensor]:
         """Logits and relative pressures, a few maps at a time so that they stay small in memory."""
         most = max(1, BATCH_PIXELS // given.heights[0].numel())
-        parts = [
-            self._network(network_input(part).to(self.precision), part.conditions.to(self.precision))
-            for part in given.split(most)
-        ]
+        around = WRAPPED if boundary == "periodic" else 0
+        parts = []
+        for part in given.split(most):
+            fields = functional.pad(network_input(part), (around,) * 4, mode="circular" if around else "constant")
+            said = self._network(fields.to(self.precision), part.conditions.to(self.precision))
+            rows, columns = part.heights.shape[1:]
+            parts.append([field[:, around : around + rows, around : around + columns] for field in said])
         logits, relative = (torch.cat(fields) for fields in zip(*parts, strict=True))
         return logits, relative
 

@@ -33,6 +33,10 @@ from solver.resistance import boyer_resistance
 BATCH_PIXELS = 32 * 128**2
 """Pixels a step and process; batches of small maps have more of them."""
 
+FROZEN_FROM = 0.3
+"""Share of the steps after which batch norms keep their statistics. Batches hold one size of map, and what is normal differs
+between sizes, so the network has to learn with the statistics that it will be used with."""
+
 VALIDATED = 200
 """Held-out maps of each grid that a validation looks at."""
 
@@ -116,6 +120,8 @@ def train(directory: Path, config: TrainConfig, processes: int = 1) -> None:
         batches = list(_epoch(grids, team.size, config.seed, step // a_epoch))[step % a_epoch :]
         for batch in batches:
             network.train()
+            if step >= FROZEN_FROM * steps:
+                _freeze_norms(network)
             generator = torch.Generator().manual_seed(config.seed * steps + step)
             losses.append(_step(together, optimizer, Batch(batch.grid, team.share(batch.samples)), generator, device))
             scheduler.step()
@@ -183,6 +189,12 @@ def _step(
     torch.nn.utils.clip_grad_norm_(network.parameters(), 1.0)
     optimizer.step()
     return float(loss.item())
+
+
+def _freeze_norms(network: torch.nn.Module) -> None:
+    for module in network.modules():
+        if isinstance(module, torch.nn.BatchNorm2d):
+            module.eval()
 
 
 def _turned(given: Features, pressure: Tensor, way: int) -> tuple[Features, Tensor]:

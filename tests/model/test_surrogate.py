@@ -11,6 +11,7 @@ from model.errors import WeightsError
 from model.methods import NETWORK
 from model.weights import SHIPPED, load_weights
 from solver import ContactProblem, random_midpoint_displacement, solve
+from solver.errors import InvalidLoadError
 
 UNSEEN_SEED = 20_000_000
 
@@ -149,3 +150,35 @@ def test_a_batch_of_estimates_is_its_problems_one_by_one(surrogate: Surrogate) -
     problems = [rough(64, 900, load) for load in (5.0, 30.0, 100.0)]
     for one, problem in zip(surrogate.estimate_batch(problems), problems, strict=True):
         assert compare(surrogate.estimate(problem).contact_mask, one.contact_mask).dice > 0.99
+
+
+def test_a_sweep_is_nearly_its_loads_one_by_one(surrogate: Surrogate) -> None:
+    problem, loads = rough(128, 1000), [50.0, 10.0, 17.0, 23.0, 31.0, 10.5, 42.0, 12.0, 14.0, 19.0]
+    swept = surrogate.estimate_sweep(problem, loads)
+    for load, one in zip(loads, swept, strict=True):
+        alone = surrogate.estimate(rough(128, 1000, load))
+        assert compare(alone.contact_mask, one.contact_mask).dice > 0.97
+        assert one.pressure.sum() * problem.pixel_area == pytest.approx(load, rel=1e-6)
+        assert one.in_distribution
+    areas = [int(one.contact_mask.sum()) for _, one in sorted(zip(loads, swept, strict=True), key=lambda pair: pair[0])]
+    assert areas == sorted(areas)
+
+
+@pytest.mark.parametrize("loads", [[30.0], [30.0, 30.0], [1.0, 300.0]])
+def test_a_sweep_of_few_loads_is_exactly_they(surrogate: Surrogate, loads: list[float]) -> None:
+    swept = surrogate.estimate_sweep(rough(64, 1100), loads)
+    for load, one in zip(loads, swept, strict=True):
+        assert compare(surrogate.estimate(rough(64, 1100, load)).contact_mask, one.contact_mask).dice > 0.99
+
+
+def test_a_sweep_has_a_load(surrogate: Surrogate) -> None:
+    with pytest.raises(InvalidLoadError):
+        surrogate.estimate_sweep(rough(64, 1100), [])
+
+
+def test_a_periodic_map_may_begin_anywhere(surrogate: Surrogate) -> None:
+    """Rolled by a multiple of the coarse pixels, the mask rolls along, but for what interpolation does at the edges."""
+    problem = rough(128, 1200, boundary="periodic")
+    rolled = replace(problem, heights=np.roll(problem.heights, (32, 64), (0, 1)))
+    mask = np.roll(surrogate.estimate(problem).contact_mask, (32, 64), (0, 1))
+    assert compare(mask, surrogate.estimate(rolled).contact_mask).dice > 0.97
