@@ -8,7 +8,7 @@ in units of E* * rms slope, zero off contact, same shape), and in its metadata `
 """
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, field
 from hashlib import sha256
@@ -67,6 +67,15 @@ class DatasetConfig:
     units: Units = field(default_factory=Units)
     tolerance: float = 1e-6
 
+    @classmethod
+    def restored(cls, values: dict[str, Any]) -> "DatasetConfig":
+        """From what ``dataclasses.asdict`` and JSON made of one."""
+        ranges = {name: tuple(values[name]) for name in ("hurst_range", "load_range_n")}
+        return cls(**values | ranges | {"units": Units(**values["units"])})
+
+
+Maker = Callable[[DatasetConfig, dict[int, range]], Iterator[tuple[int, bytes]]]
+
 
 @dataclass(frozen=True)
 class Sample:
@@ -109,7 +118,7 @@ class Shard:
 
 
 def build(directory: Path, config: DatasetConfig, processes: int = 1, device: Device = None) -> None:
-    """Build a data set, or the rest of one that was stopped.
+    """Build a data set here, or the rest of one that was stopped.
 
     Args:
         directory: made if it is not there.
@@ -120,24 +129,38 @@ def build(directory: Path, config: DatasetConfig, processes: int = 1, device: De
     Raises:
         DatasetError: the directory holds a data set of another configuration, or a larger one.
     """
+    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+
+        def make(config: DatasetConfig, wanted: dict[int, range]) -> Iterator[tuple[int, bytes]]:
+            return zip(wanted, pool.map(shard_bytes, repeat(config), wanted.values(), repeat(device)), strict=True)
+
+        fill(directory, config, make)
+
+
+def fill(directory: Path, config: DatasetConfig, make: Maker) -> None:
+    """Build a data set, or the rest of one that was stopped, from shards that are made somewhere.
+
+    Args:
+        directory: made if it is not there.
+        config: what to build; a larger count than before extends the data set.
+        make: gives the shards whose samples it is told, by their numbers, in any order.
+
+    Raises:
+        DatasetError: the directory holds a data set of another configuration, or a larger one.
+    """
     directory.mkdir(parents=True, exist_ok=True)
     _claim(directory, config)
     ledger = directory / "shards.jsonl"
     most = min(SHARD, SHARD_PIXELS // config.size**2)
     parts = [range(first, min(first + most, config.count)) for first in range(0, config.count, most)]
     done = [entry for entry in _entries(ledger) if entry["samples"] == len(parts[entry["shard"]])]
-    ledger.write_text("".join(json.dumps(entry) + "\n" for entry in done), encoding="utf-8")
-    missing = [number for number in range(len(parts)) if number not in {entry["shard"] for entry in done}]
-    with (
-        ledger.open("a", encoding="utf-8") as lines,
-        ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool,
-        tqdm(total=config.count, initial=sum(entry["samples"] for entry in done), desc=f"{directory}") as progress,
-    ):
-        wanted = [parts[number] for number in missing]
-        for entry in pool.map(_make_shard, repeat(directory), repeat(config), missing, wanted, repeat(device)):
-            lines.write(json.dumps(entry) + "\n")
-            lines.flush()
-            progress.update(entry["samples"])
+    wanted = {number: part for number, part in enumerate(parts) if number not in {entry["shard"] for entry in done}}
+    _write_ledger(ledger, done)
+    with tqdm(total=config.count, initial=sum(entry["samples"] for entry in done), desc=f"{directory}") as progress:
+        for number, data in make(config, wanted):
+            done.append(_store(directory, number, len(parts[number]), data))
+            _write_ledger(ledger, sorted(done, key=lambda entry: int(entry["shard"])))
+            progress.update(len(parts[number]))
 
 
 def shard_paths(directory: Path) -> list[Path]:
@@ -214,17 +237,24 @@ def _claim(directory: Path, config: DatasetConfig) -> None:
 
 
 def _entries(ledger: Path) -> list[dict[str, Any]]:
-    """The whole lines of a ledger; a last line cut short by a stop is dropped."""
+    """The lines of a ledger."""
     text = ledger.read_text(encoding="utf-8") if ledger.exists() else ""
-    return [json.loads(line) for line in text[: text.rfind("\n") + 1].splitlines()]
+    return [json.loads(line) for line in text.splitlines()]
+
+
+def _write_ledger(ledger: Path, entries: list[dict[str, Any]]) -> None:
+    """Write a ledger so that a stop in the middle leaves the last one whole."""
+    temporary = ledger.with_suffix(".tmp")
+    temporary.write_text("".join(json.dumps(entry) + "\n" for entry in entries), encoding="utf-8")
+    temporary.replace(ledger)
 
 
 def _path(directory: Path, number: int) -> Path:
     return directory / f"{number:05d}.safetensors"
 
 
-def _make_shard(directory: Path, config: DatasetConfig, number: int, indices: range, device: Device) -> dict[str, Any]:
-    """Draw, solve and store a shard; its line in the ledger."""
+def shard_bytes(config: DatasetConfig, indices: range, device: Device = None) -> bytes:
+    """Draw and solve some samples: a shard as its file holds it."""
     most = min(BATCH, BATCH_PIXELS // config.size**2) if device is None else DEVICE_BATCH_PIXELS // config.size**2
     samples, codes, pressures = [], [], []
     for first in range(indices.start, indices.stop, max(1, most)):
@@ -235,18 +265,21 @@ def _make_shard(directory: Path, config: DatasetConfig, number: int, indices: ra
             codes.append(one.codes)
             scaled = solution.pressure / (one.problem.effective_modulus * one.problem.rms_slope)
             pressures.append(np.where(solution.pressure > 0, np.maximum(scaled, LEAST_PRESSURE), 0).astype(np.float16))
-    return write_shard(directory, number, Shard(samples, np.stack(codes), np.stack(pressures)))
+    return _packed(Shard(samples, np.stack(codes), np.stack(pressures)))
 
 
-def write_shard(directory: Path, number: int, shard: Shard) -> dict[str, Any]:
-    """Write a shard; returns its line in the ledger."""
+def _packed(shard: Shard) -> bytes:
     metadata = {"samples": json.dumps([asdict(sample) for sample in shard.samples])}
-    data = save({"codes": shard.codes, "pressure": shard.pressure}, metadata)
+    return save({"codes": shard.codes, "pressure": shard.pressure}, metadata)
+
+
+def _store(directory: Path, number: int, samples: int, data: bytes) -> dict[str, Any]:
+    """Write a shard; returns its line in the ledger."""
     path = _path(directory, number)
     temporary = path.with_suffix(".tmp")
     temporary.write_bytes(data)
     temporary.replace(path)
-    return {"shard": number, "samples": len(shard.samples), "sha256": sha256(data).hexdigest()}
+    return {"shard": number, "samples": samples, "sha256": sha256(data).hexdigest()}
 
 
 def add_shard(directory: Path, shard: Shard) -> None:
@@ -270,9 +303,8 @@ def add_shard(directory: Path, shard: Shard) -> None:
         raise DatasetError("A map has no contact; every load touches somewhere.")
     directory.mkdir(parents=True, exist_ok=True)
     ledger = directory / "shards.jsonl"
-    entry = write_shard(directory, len(_entries(ledger)), shard)
-    with ledger.open("a", encoding="utf-8") as lines:
-        lines.write(json.dumps(entry) + "\n")
+    done = _entries(ledger)
+    _write_ledger(ledger, [*done, _store(directory, len(done), len(shard.samples), _packed(shard))])
 
 
 def draw(config: DatasetConfig, indices: range) -> list[Drawn]:

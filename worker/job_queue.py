@@ -1,18 +1,21 @@
-"""The RQ queue of verifications."""
+"""The RQ queues: of verifications, and of shards of data sets."""
 
 from redis import Redis
 from rq import Queue
 from rq.serializers import JSONSerializer
 
-NAME = "asperity"
+VERIFICATIONS = "asperity"
+SHARDS = "asperity-shards"
+"""Workers take from this queue when no verification waits."""
+
 MAINTENANCE_LOCK_S = 10
 
 
 class JobQueue(Queue):
     """A queue of JSON jobs, never pickles, that soon takes back the jobs of lost workers."""
 
-    def __init__(self, connection: Redis, job_timeout_s: int | None = None) -> None:
-        super().__init__(NAME, connection=connection, serializer=JSONSerializer, default_timeout=job_timeout_s)
+    def __init__(self, connection: Redis, job_timeout_s: int | None = None, name: str = VERIFICATIONS) -> None:
+        super().__init__(name, connection=connection, serializer=JSONSerializer, default_timeout=job_timeout_s)
 
     def acquire_maintenance_lock(self) -> bool:
         """Whether the caller may look for abandoned jobs; RQ's own lock outlives a holder that is killed by 15 minutes."""

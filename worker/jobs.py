@@ -104,7 +104,7 @@ class VerificationQueue:
             progress=job.meta.get("progress"),
             reference=result["reference"] if result else None,
             comparison=result["comparison"] if result else None,
-            error=_reason(job) if status == "failed" else None,
+            error=failure_of(job) if status == "failed" else None,
         )
 
     @redis_failures()
@@ -167,7 +167,7 @@ _REASONS = {
 """What RQ records of the failures that come from outside a job, and what to say of them."""
 
 
-def _reason(job: Job) -> str:
+def failure_of(job: Job) -> str:
     """Why a job failed: the error and its message."""
     result = job.latest_result()
     recorded = (result and result.exc_string) or "It failed without a word."

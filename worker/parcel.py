@@ -39,6 +39,7 @@ class Parcel:
             load=np.array(self.problem.load),
             effective_modulus=np.array(self.problem.effective_modulus),
             boundary=np.array(self.problem.boundary),
+            hardness=np.array([] if self.problem.hardness is None else [self.problem.hardness]),
             predicted_mask=self.predicted_mask,
             resistivity=np.array([] if self.resistivity is None else [self.resistivity]),
         )
@@ -55,6 +56,7 @@ class Parcel:
                 load=arrays["load"].item(),
                 effective_modulus=arrays["effective_modulus"].item(),
                 boundary=arrays["boundary"].item(),
+                hardness=next(iter(arrays["hardness"].tolist()), None),
             )
             resistivity = arrays["resistivity"].tolist()
             return cls(problem, arrays["predicted_mask"], resistivity[0] if resistivity else None)

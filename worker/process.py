@@ -1,4 +1,4 @@
-"""The worker process: takes verifications from the queue, each in a forked child.
+"""The worker process: takes verifications from the queue, or shards of data sets if there are none, each in a forked child.
 
 A child forked after multi-threaded numerical work can deadlock. The worker itself does none, and torch is not even imported.
 """
@@ -15,7 +15,7 @@ from rq.serializers import JSONSerializer
 
 from worker import verification  # noqa: F401 (imported here, before the forks, so that no job waits for it)
 from worker.connection import connect
-from worker.job_queue import JobQueue
+from worker.job_queue import SHARDS, JobQueue
 from worker.lifetime import die_with_parent
 from worker.parcel import JobKeys
 from worker.settings import Settings
@@ -32,7 +32,7 @@ class VerificationWorker(Worker):
 
     def __init__(self, connection: Redis) -> None:
         super().__init__(
-            [JobQueue(connection)],
+            [JobQueue(connection), JobQueue(connection, name=SHARDS)],
             connection=connection,
             serializer=JSONSerializer,
             exception_handlers=[fail_for_good],

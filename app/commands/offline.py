@@ -5,8 +5,11 @@ from typing import Annotated, Any
 
 import typer
 
-from model.dataset import DatasetConfig, build, export
+from app.settings import read_settings
+from model.dataset import DatasetConfig, build, export, fill
 from model.families import Family, Units
+from worker.connection import connect
+from worker.shards import ShardQueue
 
 DATASET = DatasetConfig()
 Processes = Annotated[int, typer.Option(min=1, help="How many solve side by side.")]
@@ -38,6 +41,9 @@ def dataset(
     device: Annotated[
         str | None, typer.Option(show_default="the processor", help="Device of torch to solve on, such as cuda.")
     ] = None,
+    queue: Annotated[
+        bool, typer.Option("--queue", help="Have it built by the workers (`asperity worker`) of REDIS_URL.")
+    ] = False,
     png: Annotated[
         bool, typer.Option("--png", help="Write the height maps as 16-bit PNG too, with their units in samples.jsonl.")
     ] = False,
@@ -53,7 +59,11 @@ def dataset(
         units=Units(side_mm, height_range_um, effective_modulus_gpa),
         tolerance=tolerance,
     )
-    build(directory, config, processes, device)
+    if queue:
+        settings = read_settings()
+        fill(directory, config, ShardQueue(connect(settings), settings))
+    else:
+        build(directory, config, processes, device)
     if png:
         export(directory)
 
