@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from model.metrics import Comparison, compare
-    from model.surrogate import ExpectedError, Prediction, Surrogate
+    from model.prediction import ExpectedError, Prediction
+    from model.surrogate import Surrogate
 
 _HOMES = {
     "Comparison": "model.metrics",
     "compare": "model.metrics",
-    "ExpectedError": "model.surrogate",
-    "Prediction": "model.surrogate",
+    "ExpectedError": "model.prediction",
+    "Prediction": "model.prediction",
     "Surrogate": "model.surrogate",
 }
 

@@ -20,7 +20,8 @@ from model.held_out import HeldOutSet, held_out_sets
 from model.methods import METHODS, Choice, Measured, stored
 from model.model_card import model_card
 from model.outcome import Outcome, Row
-from model.surrogate import EXACT, Prediction, Surrogate
+from model.prediction import EXACT, Prediction
+from model.surrogate import Surrogate
 from model.weights import MEASURED, SHIPPED
 from solver.problem import BoolArray, ContactProblem
 from solver.solve import solve

@@ -8,7 +8,7 @@ import numpy as np
 
 from model.held_out import HeldOutSet
 from model.metrics import Comparison, compare
-from model.surrogate import Prediction
+from model.prediction import Prediction
 from solver.problem import BoolArray, ContactProblem
 from solver.resistance import boyer_resistance
 

@@ -5,7 +5,7 @@ pressure or its own start, as far as the accuracy asks for.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
@@ -15,13 +15,15 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn import functional
 
-from model.calibration import ErrorBar, Evidence, error_bars
+from model.calibration import Evidence, error_bars
 from model.features import SMALLEST_SIDE, Features, features, log_load, network_input
 from model.mask import decide, doubt
 from model.methods import NETWORK, SOLVED, Accuracy, Choice, Method, choose, target_of
+from model.prediction import EXACT, ExpectedError, Prediction
+from model.tiles import tiles
 from model.weights import SHIPPED, Weights, load_weights
 from solver.errors import InvalidLoadError, NotConvergedError
-from solver.problem import BoolArray, Boundary, ContactProblem, FloatArray
+from solver.problem import Boundary, ContactProblem
 from solver.solve import solve
 
 BATCH_PIXELS = 2**18
@@ -32,56 +34,6 @@ WRAPPED = 16
 
 NODES = 1.25
 """Ratio of the loads of a sweep at which the network is asked."""
-
-EXACT = {quantity: ErrorBar(0.0, 0.0) for quantity in ("dice", "contact_area", "contact_resistance")}
-
-
-@dataclass(frozen=True)
-class ExpectedError:
-    """Absolute errors of a prediction, dimensionless: as they are expected, and bounds that nine in ten stay below.
-
-    Attributes:
-        dice, dice_bound: 1 - Dice of the mask.
-        contact_area, contact_area_bound: relative error of the contact area.
-        contact_resistance, contact_resistance_bound: relative error of the contact resistance.
-    """
-
-    dice: float
-    contact_area: float
-    contact_resistance: float
-    dice_bound: float
-    contact_area_bound: float
-    contact_resistance_bound: float
-
-    @classmethod
-    def of(cls, bars: dict[str, ErrorBar]) -> "ExpectedError":
-        """From the error bars of all quantities."""
-        expected = {quantity: bar.expected for quantity, bar in bars.items()}
-        return cls(**expected, **{f"{quantity}_bound": bar.bound for quantity, bar in bars.items()})
-
-
-@dataclass(frozen=True, eq=False)
-class Prediction:
-    """What the surrogate says of a problem.
-
-    Attributes:
-        contact_mask: where the bodies touch, shape (rows, columns).
-        probability: of contact, float32, same shape.
-        pressure: in Pa, same shape, zero off the mask; it carries the load exactly.
-        method: ``surrogate``, ``surrogate and solver`` or ``solver``.
-        expected_error: zero where the solver answered to its usual tolerance.
-        in_distribution: whether load and aspect of the pixels lie within what was trained; nothing else is looked at, and
-            outside the expected error of the network alone may be far too small.
-        timings_ms: by stage: ``features``, ``network`` and ``solve``, as far as they were needed.
-    """
-
-    contact_mask: BoolArray
-    probability: NDArray[np.float32]
-    pressure: FloatArray
-    method: str
-    expected_error: ExpectedError
-    in_distribution: bool
-    timings_ms: dict[str, float]
 
 
 class Surrogate:
@@ -213,16 +165,22 @@ class Surrogate:
 
     @torch.inference_mode()
     def _evaluate(self, given: Features, boundary: Boundary) -> tuple[Tensor, Tensor]:
-        """Logits and relative pressures, a few maps at a time so that they stay small in memory."""
-        most = max(1, BATCH_PIXELS // given.heights[0].numel())
+        """Logits and relative pressures, a few maps or one tile at a time, to stay small in memory."""
+        rows, columns = given.heights.shape[1:]
+        most = max(1, BATCH_PIXELS // (rows * columns))
         around = WRAPPED if boundary == "periodic" else 0
         parts = []
         for part in given.split(most):
             fields = functional.pad(network_input(part), (around,) * 4, mode="circular" if around else "constant")
-            said = self._network(fields.to(self.precision), part.conditions.to(self.precision))
-            rows, columns = part.heights.shape[1:]
-            parts.append([field[:, around : around + rows, around : around + columns] for field in said])
-        logits, relative = (torch.cat(fields) for fields in zip(*parts, strict=True))
+            said = torch.empty((2, len(fields), *fields.shape[2:]))
+            for seen, kept in tiles(fields.shape[2], fields.shape[3]):
+                inside = tuple(slice(k.start - s.start, k.stop - s.start) for s, k in zip(seen, kept, strict=True))
+                window = fields[(..., *seen)].to(self.precision)
+                answers = self._network(window, part.conditions.to(self.precision))
+                for whole, answer in zip(said, answers, strict=True):
+                    whole[(..., *kept)] = answer[(..., *inside)]
+            parts.append(said[..., around : around + rows, around : around + columns])
+        logits, relative = torch.cat(parts, dim=1)
         return logits, relative
 
     def _in_distribution(self, conditions: Tensor) -> bool:

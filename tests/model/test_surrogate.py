@@ -182,3 +182,10 @@ def test_a_periodic_map_may_begin_anywhere(surrogate: Surrogate) -> None:
     rolled = replace(problem, heights=np.roll(problem.heights, (32, 64), (0, 1)))
     mask = np.roll(surrogate.estimate(problem).contact_mask, (32, 64), (0, 1))
     assert compare(mask, surrogate.estimate(rolled).contact_mask).dice > 0.97
+
+
+def test_a_large_map_in_tiles_is_nearly_the_map_as_a_whole(surrogate: Surrogate, monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = rough(512, 1300)
+    whole = surrogate.estimate(problem).contact_mask
+    monkeypatch.setattr("model.tiles.TILE", 192)
+    assert compare(whole, surrogate.estimate(problem).contact_mask).dice > 0.99
