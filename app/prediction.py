@@ -13,7 +13,8 @@ from solver import ContactProblem, boyer_resistance
 from solver.problem import BoolArray
 
 OUT_OF_DISTRIBUTION = (
-    "The problem lies outside what the surrogate was trained on, so the expected error may be too small; verify it."
+    "The problem lies outside what the surrogate was trained on, so the expected error may be too small; verify it, or ask "
+    "for the accuracy 'exact'. The reason: {reasons}."
 )
 
 
@@ -74,7 +75,7 @@ def predict(data: bytes, form: ProblemForm, accuracy: Accuracy, surrogate: Surro
     if form.resistivity_ohm_m is not None:
         resistance = boyer_resistance(mask, problem.pixel_size, form.resistivity_ohm_m)
     if not prediction.in_distribution:
-        warnings.append(OUT_OF_DISTRIBUTION)
+        warnings.append(OUT_OF_DISTRIBUTION.format(reasons="; ".join(prediction.outside)))
     stopwatch.lap("measure")
 
     numbers = Numbers(

@@ -49,7 +49,7 @@ class Numbers(BaseModel):
     contact_fraction: float = Field(description="real area of contact / nominal area")
     contact_resistance_ohm: float | None = Field(description="null without a resistivity")
     expected_error: ExpectedError
-    in_distribution: bool = Field(description="whether load and pixels lie within what the surrogate was trained on")
+    in_distribution: bool = Field(description="whether the surrogate was trained on such problems; the warnings say why not")
     surface: Surface
     warnings: list[str]
     timings_ms: dict[str, float] = Field(description="by stage, and their total")

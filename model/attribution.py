@@ -12,10 +12,9 @@ from dataclasses import replace
 import numpy as np
 import torch
 from torch import Tensor
-from torch.nn import functional
 
 from model.errors import AttributionError
-from model.features import COARSENING, features, network_input
+from model.features import coarse_heights, features, network_input
 from model.surrogate import Surrogate
 from solver.problem import ContactProblem, FloatArray
 
@@ -54,11 +53,3 @@ def attribution(surrogate: Surrogate, problem: ContactProblem) -> FloatArray:
     )
     result: FloatArray = found[0].detach().numpy().astype(np.float64)
     return result
-
-
-def coarse_heights(heights: Tensor) -> Tensor:
-    """Heights as the coarse grid sees them, interpolated back, shape (problems, rows, columns)."""
-    rows, columns = heights.shape[-2:]
-    means = functional.avg_pool2d(heights[:, None], COARSENING, ceil_mode=True, count_include_pad=False)
-    fine = functional.interpolate(means, scale_factor=COARSENING, mode="bicubic", align_corners=False)
-    return fine[:, 0, :rows, :columns]

@@ -100,3 +100,11 @@ def network_input(given: Features) -> Tensor:
     gap = flat - given.heights
     channels = [gap.clamp(-GAP_CLIP, GAP_CLIP), functional.softsign(gap / GAP_CLIP), pressure, pressure.sqrt()]
     return torch.stack(channels, dim=1)
+
+
+def coarse_heights(heights: Tensor) -> Tensor:
+    """Heights as the coarse grid sees them, interpolated back, shape (problems, rows, columns)."""
+    rows, columns = heights.shape[-2:]
+    means = functional.avg_pool2d(heights[:, None], COARSENING, ceil_mode=True, count_include_pad=False)
+    fine = functional.interpolate(means, scale_factor=COARSENING, mode="bicubic", align_corners=False)
+    return fine[:, 0, :rows, :columns]

@@ -46,8 +46,8 @@ class Prediction:
         pressure: in Pa, same shape, zero off the mask; it carries the load exactly.
         method: ``surrogate``, ``surrogate and solver`` or ``solver``.
         expected_error: zero where the solver answered to its usual tolerance.
-        in_distribution: whether load and aspect of the pixels lie within what was trained; nothing else is looked at, and
-            outside the expected error of the network alone may be far too small.
+        outside: why the problem lies outside what the network was trained on, where its expected error may be far too
+            small; empty if it does not, or if the solver answered.
         timings_ms: by stage: ``features``, ``network`` and ``solve``, as far as they were needed.
     """
 
@@ -56,5 +56,10 @@ class Prediction:
     pressure: FloatArray
     method: str
     expected_error: ExpectedError
-    in_distribution: bool
+    outside: tuple[str, ...]
     timings_ms: dict[str, float]
+
+    @property
+    def in_distribution(self) -> bool:
+        """Whether the problem lies within what the network was trained on, or the solver answered."""
+        return not self.outside

@@ -16,6 +16,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from model.calibration import Evidence, error_bars
+from model.domain import outside, statistics
 from model.features import SMALLEST_SIDE, Features, features, log_load, network_input
 from model.mask import decide, doubt
 from model.methods import NETWORK, SOLVED, Accuracy, Choice, Method, choose, target_of
@@ -105,10 +106,8 @@ class Surrogate:
         finished = perf_counter()
         timings_ms = {"features": (between - started) * 1e3, "network": (finished - between) * 1e3}
         shared = {stage: milliseconds / len(problems) for stage, milliseconds in timings_ms.items()}
-        return [
-            self._prediction(problem, logits[i], relative[i], given.conditions[i], shared)
-            for i, problem in enumerate(problems)
-        ]
+        found = statistics(given)
+        return [self._prediction(problem, logits[i], relative[i], found[i], shared) for i, problem in enumerate(problems)]
 
     def estimate_sweep(self, problem: ContactProblem, loads: Sequence[float]) -> list[Prediction]:
         """What the network alone says of one surface under many loads.
@@ -135,20 +134,21 @@ class Surrogate:
         started = perf_counter()
         given = features([replace(problem, load=float(np.exp(node))) for node in nodes])
         logits, relative = self._evaluate(given, problem.boundary)
+        found = statistics(given)
         predictions = []
         for one, log in zip(problems, logs, strict=True):
             above = int(np.clip(np.searchsorted(nodes, log), 1, max(len(nodes) - 1, 1)))
             below, above = above - 1, min(above, len(nodes) - 1)
             share = float((log - nodes[below]) / (nodes[above] - nodes[below])) if above > below else 0.0
-            between = [torch.lerp(field[below], field[above], share) for field in (logits, relative, given.conditions)]
+            between = [torch.lerp(field[below], field[above], share) for field in (logits, relative, found)]
             timings_ms = {"network": (perf_counter() - started) * 1e3 / len(loads)}
             predictions.append(self._prediction(one, between[0], between[1], between[2], timings_ms))
         return predictions
 
     def _prediction(
-        self, problem: ContactProblem, logits: Tensor, relative: Tensor, conditions: Tensor, timings_ms: dict[str, float]
+        self, problem: ContactProblem, logits: Tensor, relative: Tensor, found: Tensor, timings_ms: dict[str, float]
     ) -> Prediction:
-        """A prediction from what the network says, fields of shape (rows, columns)."""
+        """A prediction from what the network says, fields of shape (rows, columns), and the statistics of the problem."""
         probability: NDArray[np.float32] = torch.sigmoid(logits).numpy()
         mask = decide(probability)
         pressure = np.where(mask, probability * relative.numpy(), 0.0)
@@ -159,7 +159,7 @@ class Surrogate:
             pressure=pressure * (problem.nominal_pressure / pressure.mean()),
             method=NETWORK.name,
             expected_error=ExpectedError.of(error_bars(evidence, self.weights.manifest["calibration"])),
-            in_distribution=self._in_distribution(conditions),
+            outside=outside(found, self.weights.manifest["domain"]),
             timings_ms=timings_ms,
         )
 
@@ -183,11 +183,6 @@ class Surrogate:
         logits, relative = torch.cat(parts, dim=1)
         return logits, relative
 
-    def _in_distribution(self, conditions: Tensor) -> bool:
-        trained = self.weights.manifest["conditions"]
-        lowest, highest = torch.tensor(trained["lowest"]), torch.tensor(trained["highest"])
-        return bool(((lowest <= conditions) & (conditions <= highest)).all())
-
 
 def _solved(problem: ContactProblem, choice: Choice, estimate: Prediction | None = None) -> Prediction:
     """What the solver says, from its own start or from an estimate that is there."""
@@ -203,6 +198,6 @@ def _solved(problem: ContactProblem, choice: Choice, estimate: Prediction | None
         pressure=solution.pressure,
         method=method.name,
         expected_error=ExpectedError.of(EXACT if choice.method == SOLVED else choice.errors),
-        in_distribution=True,
+        outside=(),
         timings_ms=(estimate.timings_ms if estimate else {}) | {"solve": (perf_counter() - started) * 1e3},
     )

@@ -19,6 +19,7 @@ from tqdm import tqdm
 
 from model.calibration import QUANTITIES, Evidence, calibrated
 from model.dataset import described
+from model.domain import domain_of, statistics
 from model.errors import DatasetError
 from model.features import TYPICAL_LOG_LOAD, Features, network_input
 from model.loss import contact_loss
@@ -36,6 +37,8 @@ BATCH_PIXELS = 32 * 128**2
 FROZEN_FROM = 0.3
 """Share of the steps after which batch norms keep their statistics. Batches hold one size of map, and what is normal differs
 between sizes, so the network has to learn with the statistics that it will be used with."""
+
+LOOKED_AT = 5
 
 VALIDATED = 200
 """Held-out maps of each grid that a validation looks at."""
@@ -113,6 +116,7 @@ def train(directory: Path, config: TrainConfig, processes: int = 1) -> None:
         scheduler.load_state_dict(state["scheduler"])
         step = state["step"]
 
+    domain = trained_domain(grids)
     together = team.together(network)
     losses: list[float] = []
     bar = tqdm(total=steps, initial=step, unit="step", disable=not team.leads)
@@ -136,7 +140,7 @@ def train(directory: Path, config: TrainConfig, processes: int = 1) -> None:
                 tqdm.write(json.dumps(record))
                 with (directory / "history.jsonl").open("a", encoding="utf-8") as lines:
                     lines.write(json.dumps(record) + "\n")
-                description = _description(config, record, grids) | {"calibration": calibration}
+                description = _description(config, record) | {"calibration": calibration, "domain": domain}
                 save_weights(directory / "weights", mean, description)
                 _save(
                     checkpoint,
@@ -242,14 +246,21 @@ def validate(network: ContactNet, grids: list[Prepared], device: torch.device) -
     return found, calibrated(evidence, errors)
 
 
-def _description(config: TrainConfig, record: dict[str, Any], grids: list[Prepared]) -> dict[str, Any]:
+def trained_domain(grids: list[Prepared]) -> dict[str, list[float]]:
+    """What the statistics of the training maps range over, by every LOOKED_AT-th of them."""
+    parts = []
+    for grid in grids:
+        members = grid.members("training")[::LOOKED_AT]
+        parts += [statistics(grid.features(some)) for some in members.split(max(1, BATCH_PIXELS // grid.codes[0].numel()))]
+    return domain_of(torch.cat(parts))
+
+
+def _description(config: TrainConfig, record: dict[str, Any]) -> dict[str, Any]:
     """What the weights' manifest says of their training."""
-    conditions = torch.cat([grid.conditions for grid in grids])
     return {
         "training": asdict(config) | {"step": record["step"]},
         "datasets": {directory: described(Path(directory)) for directory in config.data},
         "validation": record["validation"],
-        "conditions": {"lowest": conditions.amin(0).tolist(), "highest": conditions.amax(0).tolist()},
     }
 
 

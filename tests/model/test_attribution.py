@@ -3,8 +3,8 @@ import pytest
 import torch
 
 from model import Surrogate
-from model.attribution import attribution, coarse_heights
-from model.features import features, network_input
+from model.attribution import attribution
+from model.features import coarse_heights, features, network_input
 from solver import ContactProblem, random_midpoint_displacement
 
 HEIGHTS = random_midpoint_displacement(64, seed=21_000_000) * 50e-6
