@@ -8,13 +8,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import minimize
 
 from solver.problem import FloatArray
 
 QUANTITIES = ("dice", "contact_area", "contact_resistance")
 COVERED = 0.9
 LEAST = 1e-4
-"""Errors and doubts below this count as this."""
+"""Doubts, and mean errors, below this count as this."""
+
+LARGEST_LOG = 50.0
 
 
 @dataclass(frozen=True)
@@ -59,8 +62,7 @@ def calibrated(evidence: Sequence[Evidence], errors: Mapping[str, Sequence[float
     found: dict[str, dict[str, object]] = {}
     for quantity in QUANTITIES:
         error = np.asarray(errors[quantity])
-        powers = np.linalg.lstsq(design, np.log(np.maximum(error, LEAST)), rcond=None)[0]
-        powers[0] += np.log(error.mean() / np.exp(design @ powers).mean())
+        powers = _poisson(design, error)
         factor = np.quantile(error / np.exp(design @ powers), COVERED)
         found[quantity] = {"powers": powers.tolist(), "factor": float(factor)}
     return found
@@ -74,6 +76,20 @@ def error_bars(evidence: Evidence, calibration: Mapping[str, Mapping[str, object
         expected = min(float(np.exp(predictors @ np.asarray(calibration[quantity]["powers"], dtype=float))), 1.0)
         bars[quantity] = ErrorBar(expected, min(expected * float(str(calibration[quantity]["factor"])), 1.0))
     return bars
+
+
+def _poisson(design: FloatArray, error: FloatArray) -> FloatArray:
+    """Powers of the mean by Poisson regression, which bears errors of exactly zero and leaves the overall mean right."""
+
+    def deviance(powers: FloatArray) -> tuple[float, FloatArray]:
+        logarithm = design @ powers
+        mean = np.exp(np.minimum(logarithm, LARGEST_LOG))
+        return float((mean - error * logarithm).mean()), design.T @ (mean - error) / len(error)
+
+    start = np.zeros(design.shape[1])
+    start[0] = np.log(max(error.mean(), LEAST))
+    powers: FloatArray = minimize(deviance, start, jac=True, method="BFGS").x
+    return powers
 
 
 def _predictors(evidence: Evidence) -> FloatArray:
