@@ -98,7 +98,7 @@ def _areas(outcomes: Sequence[tuple[HeldOutSet, Outcome]]) -> Figure:
             markersize=3,
             label=group,
         )
-    axes.axline((1e-3, 1e-3), slope=1, color="black", linestyle="--", linewidth=0.8)
+    axes.plot([1e-4, 1], [1e-4, 1], color="black", linestyle="--", linewidth=0.8)
     axes.set(xlabel="contact fraction, reference", ylabel="contact fraction, predicted")
     axes.legend()
     return figure
