@@ -3,7 +3,7 @@ surfaces it never saw, the paper's numbers beside."""
 
 import json
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -27,10 +27,10 @@ from solver.problem import BoolArray, ContactProblem
 from solver.solve import solve
 
 MEASURED_SIZES = (32, 64, 128, 256, 512, 1024)
-MEASURED_LOADS_N = (3.0, 30.0, 300.0)
+MEASURED_LOADS_N = (0.5, 3.0, 30.0, 300.0)
 MEASURED_SEED = 20_000_000
-SURFACES = 4
-"""Surfaces of each size and load on which the ways to answer are measured."""
+MOST_SURFACES, SURFACE_PIXELS = 8, 2**18
+"""Surfaces of each kind, size and load on which the ways to answer are measured, and their pixels; at least two."""
 
 FIGURES = "figures"
 """Folder beside the report for its pictures."""
@@ -71,13 +71,11 @@ def evaluate(
 
 
 def measure(surrogate: Surrogate) -> list[Measured]:
-    """Cost and error of every way to answer, on midpoint surfaces that are in no other set."""
+    """Cost and error of every way to answer, on surfaces that are in no other set, half midpoint and half varied ones."""
     found = []
     for size, load in tqdm(list(product(MEASURED_SIZES, MEASURED_LOADS_N)), desc="ways to answer"):
-        config = DatasetConfig(size=size, seed=MEASURED_SEED, load_range_n=(load, load))
-        problems = [one.problem for one in draw(config, range(SURFACES))]
+        problems = _measured_problems(size, load)
         references = [solve(problem).contact_mask for problem in problems]
-        loads = float(np.mean([log_load(problem) for problem in problems]))
         for method in METHODS:
             way = partial(surrogate.answer, choice=Choice(method, 0.0, EXACT))
             outcomes = [_outcome(way, *pair) for pair in zip(problems, references, strict=True)]
@@ -87,8 +85,21 @@ def measure(surrogate: Surrogate) -> list[Measured]:
                 for quantity, values in zip(QUANTITIES, found_errors.T, strict=True)
             }
             milliseconds = float(np.median([outcome.milliseconds for outcome in outcomes]))
-            found.append(Measured(method, size**2, loads, milliseconds, errors))
+            found.append(Measured(method, size**2, log_load(problems[0]), milliseconds, errors))
     return found
+
+
+def _measured_problems(size: int, load: float) -> list[ContactProblem]:
+    """Midpoint surfaces under a load, and varied ones under the same dimensionless load."""
+    count = min(MOST_SURFACES, max(2, SURFACE_PIXELS // size**2))
+    midpoint = DatasetConfig(size=size, seed=MEASURED_SEED, load_range_n=(load, load))
+    varied = replace(midpoint, family="varied")
+    problems = [one.problem for one in draw(midpoint, range(count))]
+    for first in range(count):
+        (drawn,) = draw(varied, range(first, first + 1))
+        factor = 10 ** (log_load(problems[0]) - log_load(drawn.problem))
+        problems.append(replace(drawn.problem, load=drawn.problem.load * factor))
+    return problems
 
 
 def _outcomes(way: Way, directory: Path) -> list[Outcome]:

@@ -41,6 +41,9 @@ class Method:
         return "surrogate" if self.tolerance == 0 else "surrogate and solver"
 
 
+RARELY_BEYOND = 2.0
+"""Multiple of the target that nine in ten errors must be within."""
+
 LEAST_ERROR = 1e-9
 
 NETWORK = Method("network", 0.0)
@@ -102,7 +105,7 @@ def target_of(accuracy: Accuracy) -> float:
 
 
 def choose(target: float, pixels: int, log_load: float, measured: Sequence[Measured]) -> list[Choice]:
-    """The methods whose expected error is within a target, the cheapest first; the full solve always is.
+    """The methods whose error is within a target, the cheapest first; the full solve always is.
 
     Args:
         target: mean of 1 - Dice that is allowed.
@@ -111,8 +114,13 @@ def choose(target: float, pixels: int, log_load: float, measured: Sequence[Measu
         measured: what is known of the methods.
     """
     choices = [_expected(method, pixels, log_load, measured) for method in METHODS]
-    good = [choice for choice in choices if choice.method == SOLVED or choice.errors["dice"].expected <= target]
+    good = [choice for choice in choices if choice.method == SOLVED or _within(choice.errors["dice"], target)]
     return sorted(good, key=lambda choice: choice.milliseconds)
+
+
+def _within(error: ErrorBar, target: float) -> bool:
+    """Whether an error is within a target on average, and rarely far beyond it."""
+    return error.expected <= target and error.bound <= RARELY_BEYOND * target
 
 
 def _expected(method: Method, pixels: int, log_load: float, measured: Sequence[Measured]) -> Choice:

@@ -60,9 +60,9 @@ machine that wrote this page.
 {drawn}
 ## What every way to answer costs
 
-Mean 1 - Dice and median ms on two cores of the machine that wrote this page, on random midpoint surfaces; `network 0.1` is
-the solver to a tolerance of 0.1 started from the network's pressure, `coarse 0.1` from its own start. The service takes the
-cheapest that is accurate enough (`model/methods.py`).
+Mean 1 - Dice and median ms on two cores of the machine that wrote this page, on surfaces half midpoint and half varied;
+`network 0.1` is the solver to a tolerance of 0.1 started from the network's pressure, `coarse 0.1` from its own start. The
+service takes the cheapest that is accurate enough (`model/methods.py`).
 
 {_ways(measured)}
 """

@@ -27,7 +27,7 @@ def test_the_card_holds_what_the_weights_reach_and_what_it_costs(
 ) -> None:
     monkeypatch.setattr(evaluation, "held_out_sets", lambda _: [ONE_SET])
     monkeypatch.setattr(evaluation, "MEASURED_SIZES", (32, 64))
-    monkeypatch.setattr(evaluation, "SURFACES", 2)
+    monkeypatch.setattr(evaluation, "MOST_SURFACES", 2)
     rows = evaluation.evaluate(tmp_path / "data", tmp_path / "card.md", weights)
 
     surrogate = Surrogate.load(weights)
