@@ -71,7 +71,7 @@ def _examples(pairs: Sequence[tuple[HeldOutSet, Outcome]]) -> Figure:
     figure, axes = _figure(max(len(pairs), 1), 3, 3.2, 2.8)
     for (held_out, outcome), (heights, masks, spectra) in zip(pairs, axes, strict=False):
         heights.imshow(outcome.problem.heights, cmap="gray")
-        heights.set_title(f"{held_out.group}: {held_out.name}")
+        heights.set_title(held_out.name)
         reference, predicted = outcome.reference, outcome.prediction.contact_mask
         picture = np.zeros((*reference.shape, 3), np.uint8)
         picture[reference & predicted], picture[reference & ~predicted] = BOTH, MISSED
