@@ -30,7 +30,7 @@ def assert_same(ours: list[Solution], alone: list[Solution]) -> None:
 @pytest.mark.parametrize("hardness", [None, 2e9])
 def test_a_batch_is_its_problems_one_by_one(boundary: Boundary, method: Method, hardness: float | None) -> None:
     batch = problems(boundary, hardness)
-    assert_same(solve_batch(batch, method, 3e-8), [solve(problem, method, 3e-8) for problem in batch])
+    assert_same(solve_batch(batch, method, 1e-7), [solve(problem, method, 1e-7) for problem in batch])
 
 
 @pytest.mark.parametrize("boundary", ["free", "periodic"])

@@ -31,7 +31,7 @@ def test_another_data_set_in_the_directory_is_bad_input(tmp_path: Path) -> None:
 
 def test_the_help_of_train_tells_the_defaults() -> None:
     told = dict(re.findall(r"--([a-z-]+) .*\[default: \((.*)\)\]", run("train", "--help").stdout))
-    assert told == {name.replace("_", "-"): str(getattr(TrainConfig(data=""), name)) for name in OPTIONS}
+    assert told == {name.replace("_", "-"): str(getattr(TrainConfig(data=()), name)) for name in OPTIONS} | {"from": "none"}
 
 
 def test_weights_that_are_missing_are_a_failure(tmp_path: Path) -> None:

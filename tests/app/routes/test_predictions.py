@@ -67,7 +67,7 @@ def test_other_accuracies_are_refused(predict: Predict, accuracy: str) -> None:
     assert response.status_code == 422
     (error,) = response.json()["errors"]
     assert error["field"] == "accuracy"
-    assert "'balanced'" in error["message"]
+    assert "'balanced'" in error["detail"]
 
 
 def test_what_was_read_is_told(predict: Predict) -> None:
