@@ -254,18 +254,31 @@ def _path(directory: Path, number: int) -> Path:
 
 
 def shard_bytes(config: DatasetConfig, indices: range, device: Device = None) -> bytes:
-    """Draw and solve some samples: a shard as its file holds it."""
-    most = min(BATCH, BATCH_PIXELS // config.size**2) if device is None else DEVICE_BATCH_PIXELS // config.size**2
+    """Draw and solve some samples: a shard as its file holds it. What is drawn does not depend on the device."""
+    most = max(1, min(BATCH, BATCH_PIXELS // config.size**2))
+    firsts = range(indices.start, indices.stop, most)
+    draws = [draw(config, range(first, min(first + most, indices.stop))) for first in firsts]
+    batches = draws if device is None else _gathered(draws, max(1, DEVICE_BATCH_PIXELS // config.size**2))
+    solved: dict[int, Solution] = {}
+    for batch in batches:
+        solutions = solve_batch([one.problem for one in batch], tolerance=config.tolerance, device=device)
+        solved |= {one.seed: solution for one, solution in zip(batch, solutions, strict=True)}
     samples, codes, pressures = [], [], []
-    for first in range(indices.start, indices.stop, max(1, most)):
-        drawn = draw(config, range(first, min(first + max(1, most), indices.stop)))
-        solutions = solve_batch([one.problem for one in drawn], tolerance=config.tolerance, device=device)
-        for one, solution in zip(drawn, solutions, strict=True):
-            samples.append(_sample(config, one, solution))
-            codes.append(one.codes)
-            scaled = solution.pressure / (one.problem.effective_modulus * one.problem.rms_slope)
-            pressures.append(np.where(solution.pressure > 0, np.maximum(scaled, LEAST_PRESSURE), 0).astype(np.float16))
+    for one in (one for batch in draws for one in batch):
+        solution = solved[one.seed]
+        samples.append(_sample(config, one, solution))
+        codes.append(one.codes)
+        scaled = solution.pressure / (one.problem.effective_modulus * one.problem.rms_slope)
+        pressures.append(np.where(solution.pressure > 0, np.maximum(scaled, LEAST_PRESSURE), 0).astype(np.float16))
     return _packed(Shard(samples, np.stack(codes), np.stack(pressures)))
+
+
+def _gathered(draws: list[list[Drawn]], most: int) -> list[list[Drawn]]:
+    """Larger batches, each of one boundary and pixel size."""
+    kinds: dict[tuple[Boundary, tuple[float, float]], list[Drawn]] = {}
+    for batch in draws:
+        kinds.setdefault((batch[0].problem.boundary, batch[0].problem.pixel_size), []).extend(batch)
+    return [kind[first : first + most] for kind in kinds.values() for first in range(0, len(kind), most)]
 
 
 def _packed(shard: Shard) -> bytes:

@@ -4,6 +4,7 @@ Dimensionless as in :mod:`solver.influence`. In single precision it costs half; 
 certificate the double one.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, Literal, Protocol
@@ -65,7 +66,7 @@ def _free_spectrum(shape: tuple[int, int], pixel_size: tuple[float, float]) -> F
     return np.ascontiguousarray(fft.rfft2(kernel, overwrite_x=True).real)
 
 
-class _FourierConvolution:
+class _FourierConvolution(ABC):
     """What the convolutions of both boundaries share.
 
     Args:
@@ -87,9 +88,9 @@ class _FourierConvolution:
         self.parts = -(-spectrum.size * self.dtype.itemsize * 2 // CACHED) if device is None else 1
         self.workers = threads() if self.parts > 1 else 1
 
+    @abstractmethod
     def _wide(self, pressure: Array) -> Array:
         """Displacement and what the padding leaves behind it, shape (surfaces, rows, width)."""
-        raise NotImplementedError
 
     def __call__(self, pressure: Array) -> Array:
         batch = namespace(pressure).reshape(pressure, (-1, *self.shape))

@@ -68,6 +68,14 @@ def test_built_by_two_processes_after_a_stop_it_is_the_same_bit_for_bit(
     assert contents(tmp_path) == contents(built)
 
 
+def test_a_device_solves_the_same_problems(built: Path, config: DatasetConfig, tmp_path: Path) -> None:
+    build(tmp_path, config, device="cpu")
+    (here,), (there,) = (map(read_shard, shard_paths(directory)) for directory in (built, tmp_path))
+    np.testing.assert_array_equal(there.codes, here.codes)
+    assert [sample.load_n for sample in there.samples] == [sample.load_n for sample in here.samples]
+    assert np.abs(there.pressure.astype(float) - here.pressure).max() < 2e-3 * here.pressure.max()
+
+
 def test_many_samples_are_many_shards_and_one_that_is_missing_is_built_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
