@@ -56,16 +56,7 @@ def _beside_aspher(problems: list[ContactProblem], ours: float) -> None:
         return
     seconds = 0.0
     for problem in problems:
-        outcome = peer(
-            heights=problem.heights,
-            pixel_size=problem.pixel_size,
-            load=problem.load,
-            effective_modulus=problem.effective_modulus,
-            boundary=problem.boundary,
-            tolerance=1e-6,
-            repeats=2,
-        )
-        seconds += outcome.seconds
+        seconds += peer.solve(problem, 1e-6, repeats=2).seconds
     peer.close()
     theirs = len(problems) / seconds
     print(f"  aspher, FFT, single precision, one core: {theirs:.1f} surfaces/s; ours / aspher {ours / theirs:.1f}")

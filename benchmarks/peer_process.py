@@ -12,8 +12,12 @@ import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from solver import ContactProblem
 
 SLIPPY = Path(".venv-slippy/bin/python")
 
@@ -63,6 +67,18 @@ class PeerProcess:
             return SLIPPY.exists()
         package = self.name.split(",")[0]
         return importlib.util.find_spec({"Tamaas": "tamaas"}.get(package, package)) is not None
+
+    def solve(self, problem: "ContactProblem", tolerance: float, repeats: int = 1) -> Outcome:
+        """Solve a problem."""
+        return self(
+            repeats,
+            heights=problem.heights,
+            pixel_size=problem.pixel_size,
+            load=problem.load,
+            effective_modulus=problem.effective_modulus,
+            boundary=problem.boundary,
+            tolerance=tolerance,
+        )
 
     def __call__(self, repeats: int = 1, **given: object) -> Outcome:
         """Run it on the fields of :class:`benchmarks.peer_solvers.Given`, a few times for the best time."""

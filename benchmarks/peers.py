@@ -68,15 +68,7 @@ def _row(peers: dict[str, PeerProcess], problem: ContactProblem) -> None:
         if not peer.installed or (name in OTHERS and not unhurried):
             cells.append("")
             continue
-        outcome = peer(
-            heights=problem.heights,
-            pixel_size=problem.pixel_size,
-            load=problem.load,
-            effective_modulus=problem.effective_modulus,
-            boundary=problem.boundary,
-            tolerance=TOLERANCE,
-            repeats=3,
-        )
+        outcome = peer.solve(problem, TOLERANCE, repeats=3)
         if outcome.pressure is None:
             cells.append("" if outcome.kind == "not supported" else outcome.kind)
             continue

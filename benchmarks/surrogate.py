@@ -32,7 +32,7 @@ def main() -> None:
     tolerances = {}
     for size in SIZES:
         problems = [midpoint_problem(size, 30.0, seed=SEED + i) for i in range(SURFACES)]
-        references = [solve(problem).contact_mask for problem in problems]
+        references = [solve(problem).checked().contact_mask for problem in problems]
         estimates = [_timed(surrogate.estimate, problem) for problem in problems]
         dice = _mean_dice(references, [estimate for estimate, _ in estimates])
         for tolerance in LADDER:

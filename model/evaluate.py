@@ -75,7 +75,7 @@ def measure(surrogate: Surrogate) -> list[Measured]:
     found = []
     for size, load in tqdm(list(product(MEASURED_SIZES, MEASURED_LOADS_N)), desc="ways to answer"):
         problems = _measured_problems(size, load)
-        references = [solve(problem).contact_mask for problem in problems]
+        references = [solve(problem).checked().contact_mask for problem in problems]
         for method in METHODS:
             way = partial(surrogate.answer, choice=Choice(method, 0.0, EXACT))
             outcomes = [_outcome(way, *pair) for pair in zip(problems, references, strict=True)]

@@ -23,7 +23,7 @@ from model.methods import NETWORK, SOLVED, Accuracy, Choice, Method, choose, tar
 from model.prediction import EXACT, ExpectedError, Prediction
 from model.tiles import tiles
 from model.weights import SHIPPED, Weights, load_weights
-from solver.errors import InvalidLoadError, NotConvergedError
+from solver.errors import InvalidLoadError
 from solver.problem import Boundary, ContactProblem
 from solver.solve import solve
 
@@ -188,9 +188,8 @@ def _solved(problem: ContactProblem, choice: Choice, estimate: Prediction | None
     """What the solver says, from its own start or from an estimate that is there."""
     started = perf_counter()
     tolerance = choice.method.tolerance
-    solution = solve(problem, tolerance=tolerance, initial_pressure=None if estimate is None else estimate.pressure)
-    if not solution.converged:
-        raise NotConvergedError(f"{solution.status.value} The residual is {solution.residual:.1e}.")
+    start = None if estimate is None else estimate.pressure
+    solution = solve(problem, tolerance=tolerance, initial_pressure=start).checked()
     method = choice.method if estimate is None else Method("network", tolerance)
     return Prediction(
         contact_mask=solution.contact_mask,

@@ -23,6 +23,8 @@ IntArray = NDArray[np.intp]
 SMALLEST_SIDE = 4
 LARGEST_SIDE = 8192
 MOST_ASPECT = 1000.0
+LEAST_STRAIN, MOST_STRAIN = 1e-30, 1e6
+"""Nominal pressure / E* beyond which floating-point numbers no longer hold the answer."""
 
 
 def effective_modulus(
@@ -51,7 +53,7 @@ class ContactProblem:
     """Frictionless elastic contact of a rough surface with a flat (paper Eqs. 1-6), validated on construction.
 
     Attributes:
-        heights: surface heights in m, shape (rows, columns), high touches first; 4 to 4096 pixels a side.
+        heights: surface heights in m, shape (rows, columns), high touches first; 4 to 8192 pixels a side.
         pixel_size: grid spacing along rows and columns (dy, dx), in m.
         load: total normal force on the nominal area, in N.
         effective_modulus: E* in Pa.
@@ -83,6 +85,12 @@ class ContactProblem:
         if not (np.isfinite(self.effective_modulus) and self.effective_modulus > 0):
             raise InvalidMaterialError(
                 f"The effective modulus is {self.effective_modulus:g} Pa; it must be positive and finite."
+            )
+        strain = self.nominal_pressure / self.effective_modulus
+        if not LEAST_STRAIN <= strain <= MOST_STRAIN:
+            raise InvalidLoadError(
+                f"The load of {self.load:g} N is {strain:g} times nominal area times effective modulus; that ratio must lie "
+                f"between {LEAST_STRAIN:g} and {MOST_STRAIN:g}. Check the units of load, pixel size and moduli."
             )
         if self.boundary not in get_args(Boundary):
             raise InvalidProblemError(f"The boundary is {self.boundary!r}; it must be 'free' or 'periodic'.")

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from enum import Enum
 
+from solver.errors import NotConvergedError
 from solver.problem import BoolArray, FloatArray
 
 
@@ -39,6 +40,16 @@ class Solution:
     def converged(self) -> bool:
         """Whether the fresh certificate is within the tolerance."""
         return self.status is Status.CONVERGED
+
+    def checked(self) -> "Solution":
+        """Itself, if it converged.
+
+        Raises:
+            NotConvergedError: it did not.
+        """
+        if not self.converged:
+            raise NotConvergedError(f"{self.status.value} The residual is {self.residual:.1e}.")
+        return self
 
     @property
     def contact_mask(self) -> BoolArray:

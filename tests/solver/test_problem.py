@@ -32,6 +32,8 @@ WITH_NAN[3, 5] = np.nan
         ({"load": -2.5}, InvalidLoadError, "-2.5 N"),
         ({"load": np.inf}, InvalidLoadError, "inf N"),
         ({"load": np.nan}, InvalidLoadError, "nan N"),
+        ({"load": 1e300}, InvalidLoadError, "1e+300 N"),
+        ({"load": 1e-60}, InvalidLoadError, "1e-60 N"),
         ({"effective_modulus": 0.0}, InvalidMaterialError, "0 Pa"),
         ({"boundary": "fixed"}, InvalidProblemError, "'fixed'"),
     ],
