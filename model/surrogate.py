@@ -18,7 +18,7 @@ from torch.nn import functional
 from model.calibration import Evidence, error_bars
 from model.domain import outside, statistics
 from model.features import SMALLEST_SIDE, Features, features, log_load, network_input
-from model.mask import decide, doubt
+from model.mask import active, decide, doubt
 from model.methods import NETWORK, SOLVED, Accuracy, Choice, Method, choose, target_of
 from model.prediction import EXACT, ExpectedError, Prediction
 from model.tiles import tiles
@@ -191,10 +191,12 @@ def _solved(problem: ContactProblem, choice: Choice, estimate: Prediction | None
     start = None if estimate is None else estimate.pressure
     solution = solve(problem, tolerance=tolerance, initial_pressure=start).checked()
     method = choice.method if estimate is None else Method("network", tolerance)
+    mask = solution.contact_mask if choice.method == SOLVED else active(problem, solution)
+    pressure = np.where(mask, solution.pressure, 0.0)
     return Prediction(
-        contact_mask=solution.contact_mask,
-        probability=solution.contact_mask.astype(np.float32),
-        pressure=solution.pressure,
+        contact_mask=mask,
+        probability=mask.astype(np.float32),
+        pressure=pressure * (problem.nominal_pressure / pressure.mean()),
         method=method.name,
         expected_error=ExpectedError.of(EXACT if choice.method == SOLVED else choice.errors),
         outside=(),
