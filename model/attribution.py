@@ -45,7 +45,7 @@ def attribution(surrogate: Surrogate, problem: ContactProblem) -> FloatArray:
     def contact_pixels(heights: Tensor) -> Tensor:
         several = (len(heights), *[-1] * 3)
         fields = network_input(replace(given, heights=heights, coarse=given.coarse.expand(several)))
-        logits, _ = network(fields, given.conditions.expand(len(heights), -1))
+        logits = network(fields, given.conditions.expand(len(heights), -1))[:, 0]
         return torch.sigmoid(logits).sum(dim=(1, 2))
 
     found = IntegratedGradients(contact_pixels).attribute(

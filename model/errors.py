@@ -11,6 +11,13 @@ class DatasetError(AsperityError):
     http_status = 422
 
 
+class DivergedError(AsperityError):
+    """A training that went astray."""
+
+    code = "training-diverged"
+    title = "The training diverged"
+
+
 class WeightsError(AsperityError):
     """Weights that are missing or whose hash is not the one promised."""
 

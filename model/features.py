@@ -70,11 +70,10 @@ def features(problems: Sequence[ContactProblem]) -> Features:
         slope, mean = problem.rms_slope, problem.heights.mean()
         unit = np.sqrt(problem.pixel_area) * slope
         flat = solution.gap + small.heights - mean
-        heights.append((problem.heights - mean) / unit)
-        fields.append(np.stack([flat / unit, solution.pressure / (problem.effective_modulus * slope)]))
-        conditions.append(_conditions(problem))
-    single = [torch.from_numpy(np.stack(values).astype(np.float32)) for values in (heights, fields, conditions)]
-    return Features(*single)
+        heights.append(((problem.heights - mean) / unit).astype(np.float32))
+        fields.append(np.stack([flat / unit, solution.pressure / (problem.effective_modulus * slope)]).astype(np.float32))
+        conditions.append(_conditions(problem).astype(np.float32))
+    return Features(*(torch.from_numpy(np.stack(values)) for values in (heights, fields, conditions)))
 
 
 def log_load(problem: ContactProblem) -> float:

@@ -20,7 +20,7 @@ from tqdm import tqdm
 from model.calibration import QUANTITIES, Evidence, calibrated
 from model.dataset import described
 from model.domain import domain_of, statistics
-from model.errors import DatasetError
+from model.errors import DatasetError, DivergedError
 from model.features import TYPICAL_LOG_LOAD, Features, network_input
 from model.loss import contact_loss
 from model.mask import decide, doubt
@@ -86,6 +86,7 @@ def train(directory: Path, config: TrainConfig, processes: int = 1) -> None:
 
     Raises:
         DatasetError: no data set, or a checkpoint of another configuration.
+        DivergedError: the loss is not finite; the last checkpoint stays.
     """
     team = join()
     device = team.device
@@ -123,11 +124,16 @@ def train(directory: Path, config: TrainConfig, processes: int = 1) -> None:
     while step < steps:
         batches = list(_epoch(grids, team.size, config.seed, step // a_epoch))[step % a_epoch :]
         for batch in batches:
+            generator = torch.Generator().manual_seed(config.seed * steps + step)
             network.train()
             if step >= FROZEN_FROM * steps:
-                _freeze_norms(network)
-            generator = torch.Generator().manual_seed(config.seed * steps + step)
+                freeze_norms(network)
             losses.append(_step(together, optimizer, Batch(batch.grid, team.share(batch.samples)), generator, device))
+            if not np.isfinite(losses[-1]):
+                raise DivergedError(
+                    f"The loss of step {step + 1} is not finite; train in another directory with a learning rate below "
+                    f"{config.learning_rate:g}."
+                )
             scheduler.step()
             averaged.update_parameters(network)
             step += 1
@@ -183,10 +189,11 @@ def _step(
 ) -> float:
     given = batch.grid.features(batch.samples)
     pressure = batch.grid.pressure[batch.samples].float()
-    given, pressure = _turned(given, pressure, int(torch.randint(8, (1,), generator=generator)))
+    given, pressure = turned(given, pressure, int(torch.randint(8, (1,), generator=generator)))
     fields = network_input(given).to(device)
     with torch.autocast(device.type, dtype=torch.bfloat16):
-        logits, relative = network(fields, given.conditions.to(device))
+        said = network(fields, given.conditions.to(device))
+    logits, relative = said.unbind(1)
     loss = contact_loss(logits, relative, pressure.to(device), batch.grid.known[batch.samples].to(device))
     optimizer.zero_grad()
     loss.backward()
@@ -195,13 +202,14 @@ def _step(
     return float(loss.item())
 
 
-def _freeze_norms(network: torch.nn.Module) -> None:
+def freeze_norms(network: torch.nn.Module) -> None:
+    """Have batch norms keep their statistics."""
     for module in network.modules():
         if isinstance(module, torch.nn.BatchNorm2d):
             module.eval()
 
 
-def _turned(given: Features, pressure: Tensor, way: int) -> tuple[Features, Tensor]:
+def turned(given: Features, pressure: Tensor, way: int) -> tuple[Features, Tensor]:
     """Flipped and rotated in one of the eight ways that leave a square a square."""
 
     def turn(fields: Tensor) -> Tensor:
@@ -224,7 +232,7 @@ def validate(network: ContactNet, grids: list[Prepared], device: torch.device) -
         for samples in grid.members("validation")[:VALIDATED].split(max(1, BATCH_PIXELS // grid.codes[0].numel())):
             given = grid.features(samples)
             with torch.autocast(device.type, dtype=torch.bfloat16):
-                logits, _ = network(network_input(given).to(device), given.conditions.to(device))
+                logits = network(network_input(given).to(device), given.conditions.to(device))[:, 0]
             probabilities, references = torch.sigmoid(logits).cpu().numpy(), (grid.pressure[samples] > 0).numpy()
             for probability, reference, load in zip(probabilities, references, given.conditions[:, 0].tolist(), strict=True):
                 mask = decide(probability)

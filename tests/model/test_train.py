@@ -12,10 +12,10 @@ import torch
 from model import Surrogate
 from model import train as train_module
 from model.dataset import DatasetConfig, Sample, Shard, add_shard, build
-from model.errors import DatasetError
-from model.features import network_input
+from model.errors import DatasetError, DivergedError
+from model.features import Features, network_input
 from model.prepared import prepare
-from model.train import TrainConfig, _turned, train
+from model.train import TrainConfig, train, turned
 from model.weights import SHIPPED
 
 
@@ -69,6 +69,15 @@ def test_a_run_that_was_stopped_goes_on_as_if_it_had_not(
     train(tmp_path / "stopped", config)
     assert history(tmp_path / "stopped")[-1]["step"] == history(tmp_path / "whole")[-1]["step"]
     assert sha256(tmp_path / "stopped") == sha256(tmp_path / "whole")
+
+
+def test_a_run_that_diverges_says_so_and_keeps_its_checkpoint(
+    config: TrainConfig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(train_module, "_step", lambda *given: float("nan"))
+    with pytest.raises(DivergedError, match=r"learning rate below 0\.002"):
+        train(tmp_path, config)
+    assert not (tmp_path / "checkpoint.pt").exists()
 
 
 def test_a_checkpoint_of_another_configuration_is_refused(config: TrainConfig, tmp_path: Path) -> None:
@@ -141,13 +150,17 @@ def test_features_in_memory_are_those_of_the_problems(data: Path) -> None:
 def test_maps_turn_with_their_pressures_in_all_eight_ways(data: Path) -> None:
     (grid,) = prepare([data / "64"], processes=1)
     given, pressure = grid.features(torch.tensor([3])), grid.pressure[3:4].float()
-    overlap = (network_input(given)[:, 0] < 0) == (pressure > 0)
+    overlap = (guessed_gap(given) < 0) == (pressure > 0)
     seen = set()
     for way in range(8):
-        turned, turned_pressure = _turned(given, pressure, way)
-        assert ((network_input(turned)[:, 0] < 0) == (turned_pressure > 0)).sum() == overlap.sum()
-        seen.add(tuple(turned_pressure.flatten().tolist()))
+        ways, pressures = turned(given, pressure, way)
+        assert ((guessed_gap(ways) < 0) == (pressures > 0)).sum() == overlap.sum()
+        seen.add(tuple(pressures.flatten().tolist()))
     assert len(seen) == 8
+
+
+def guessed_gap(given: Features) -> torch.Tensor:
+    return network_input(given)[:, 0]
 
 
 def test_a_team_under_torchrun_learns_as_one(config: TrainConfig, tmp_path: Path) -> None:
