@@ -15,7 +15,7 @@ from typing import Any
 import httpx
 from PIL import Image
 
-from model.families import Units, midpoint_problems
+from model.families import Units, simple_problems
 
 START_TIMEOUT_S = 120
 SEED = 30_000_000
@@ -57,7 +57,7 @@ def _ready(client: httpx.Client) -> bool:
 def midpoint_upload(size: int, load_n: float) -> tuple[bytes, dict[str, Any]]:
     """A random midpoint surface of 1 mm square as a 16-bit PNG, and the fields that go with it."""
     units = Units()
-    (drawn,) = midpoint_problems(size, range(SEED, SEED + 1), (0.5, 0.5), (load_n, load_n), units)
+    (drawn,) = simple_problems("midpoint", size, range(SEED, SEED + 1), (0.5, 0.5), (load_n, load_n), units)
     file = BytesIO()
     Image.fromarray(drawn.codes).save(file, "PNG")
     fields = {

@@ -25,7 +25,7 @@ from safetensors.numpy import save
 from tqdm import tqdm
 
 from model.errors import DatasetError
-from model.families import CODES, Drawn, Family, Units, midpoint_problems, varied_problems
+from model.families import CODES, Drawn, Family, Units, simple_problems, varied_problems
 from solver.arrays import Device
 from solver.problem import Boundary, ContactProblem, FloatArray
 from solver.solution import Solution, Status
@@ -51,7 +51,7 @@ class DatasetConfig:
         size: pixels a side, a power of two.
         count: number of samples.
         seed: first surface seed; sample i has seed + i.
-        family: of the surfaces, see :mod:`model.families`; the next two are of midpoint surfaces alone.
+        family: of the surfaces, see :mod:`model.families`; the next two are not of varied ones.
         hurst_range: Hurst exponents are uniform in this range.
         load_range_n: loads are log-uniform in this range, in N.
         units: of the surfaces.
@@ -268,9 +268,14 @@ def shard_bytes(config: DatasetConfig, indices: range, device: Device = None) ->
         solution = solved[one.seed]
         samples.append(_sample(config, one, solution))
         codes.append(one.codes)
-        scaled = solution.pressure / (one.problem.effective_modulus * one.problem.rms_slope)
-        pressures.append(np.where(solution.pressure > 0, np.maximum(scaled, LEAST_PRESSURE), 0).astype(np.float16))
+        pressures.append(scaled_pressure(one.problem, solution.pressure))
     return _packed(Shard(samples, np.stack(codes), np.stack(pressures)))
+
+
+def scaled_pressure(problem: ContactProblem, pressure: FloatArray) -> NDArray[np.float16]:
+    """A pressure in Pa as shards hold it: in units of E* rms slope, above zero wherever it was."""
+    scaled = pressure / (problem.effective_modulus * problem.rms_slope)
+    return np.where(pressure > 0, np.maximum(scaled, LEAST_PRESSURE), 0).astype(np.float16)
 
 
 def _gathered(draws: list[list[Drawn]], most: int) -> list[list[Drawn]]:
@@ -325,7 +330,7 @@ def draw(config: DatasetConfig, indices: range) -> list[Drawn]:
     seeds = range(config.seed + indices.start, config.seed + indices.stop)
     if config.family == "varied":
         return varied_problems(config.size, seeds, config.units)
-    return midpoint_problems(config.size, seeds, config.hurst_range, config.load_range_n, config.units)
+    return simple_problems(config.family, config.size, seeds, config.hurst_range, config.load_range_n, config.units)
 
 
 def _sample(config: DatasetConfig, drawn: Drawn, solution: Solution) -> Sample:

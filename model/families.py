@@ -14,8 +14,9 @@ from solver.midpoint import random_midpoint_displacement
 from solver.problem import Boundary, ContactProblem, FloatArray
 from solver.spectral import spectral_surface
 
-Family = Literal["midpoint", "varied"]
-"""``midpoint`` are the paper's surfaces on the free boundary; ``varied`` is everything, on both boundaries."""
+Family = Literal["midpoint", "roll-off", "anisotropic", "skewed", "varied"]
+"""``midpoint`` are the paper's surfaces; the next three are spectral ones, all on the free boundary. ``varied`` is
+everything, on both boundaries."""
 
 CODES = 65535
 """Highest code of a height map of 16 bits; code 0 is the lowest height, CODES the highest."""
@@ -62,18 +63,39 @@ class Drawn:
     problem: ContactProblem
 
 
-def midpoint_problems(
-    size: int, seeds: range, hurst_range: tuple[float, float], load_range_n: tuple[float, float], units: Units
+def simple_problems(
+    family: Family,
+    size: int,
+    seeds: range,
+    hurst_range: tuple[float, float],
+    load_range_n: tuple[float, float],
+    units: Units,
 ) -> list[Drawn]:
-    """The paper's surfaces, with Hurst exponents uniform and loads log-uniform in their ranges."""
+    """Surfaces of one kind, with Hurst exponents uniform and loads log-uniform in their ranges."""
     drawn = []
     for seed in seeds:
         generator = np.random.default_rng([seed, 1])
         hurst = float(generator.uniform(*hurst_range))
         load = float(np.exp(generator.uniform(*np.log(load_range_n))))
-        surface = random_midpoint_displacement(size, hurst, seed)
+        midpoint = family == "midpoint"
+        surface = random_midpoint_displacement(size, hurst, seed) if midpoint else _spectral(family, size, hurst, seed)
         drawn.append(_problem(seed, surface, units, "free", 1.0, load))
     return drawn
+
+
+def _spectral(family: Family, size: int, hurst: float, seed: int) -> FloatArray:
+    """Heights from 0 to 1, shape (size, size): an eighth of the map long, five times as long as wide, or worn plateaus."""
+    surface = spectral_surface(
+        (size, size),
+        (1.0, 1.0),
+        rms_height=1.0,
+        hurst=hurst,
+        rolloff_wavelength=size / 8 if family == "roll-off" else None,
+        anisotropy=5.0 if family == "anisotropic" else 1.0,
+        skewness=-1.5 if family == "skewed" else 0.0,
+        seed=seed,
+    )
+    return _normalised(surface)
 
 
 def varied_problems(size: int, seeds: range, units: Units) -> list[Drawn]:
@@ -111,9 +133,13 @@ def _varied_surface(size: int, seed: int, aspect: float, generator: np.random.Ge
         )
     if generator.random() < INSTRUMENT_SHARE:
         surface = as_measured(surface, generator)
-    surface = surface - surface.min()
-    normalised: FloatArray = surface / surface.max()
-    return normalised
+    return _normalised(surface)
+
+
+def _normalised(surface: FloatArray) -> FloatArray:
+    """From 0 to 1."""
+    result: FloatArray = (surface - surface.min()) / np.ptp(surface)
+    return result
 
 
 def _problem(seed: int, surface: FloatArray, units: Units, boundary: Boundary, aspect: float, load: float) -> Drawn:

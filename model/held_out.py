@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from model.dataset import DatasetConfig
+from model.families import Family
 
 TEST_SEED = 10_000_000
 """First surface seed of the test sets; training seeds stay below."""
@@ -50,6 +51,15 @@ def held_out_sets(count: int) -> list[HeldOutSet]:
             DatasetConfig(count=count, seed=TEST_SEED + 200_000, hurst_range=(hurst, hurst)),
         )
         for hurst in (0.2, 0.8)
+    ]
+    spectral: tuple[Family, ...] = ("roll-off", "anisotropic", "skewed")
+    by_kind += [
+        HeldOutSet(
+            "other surfaces, 128 x 128",
+            f"spectral, {family}",
+            DatasetConfig(count=count, seed=TEST_SEED + 250_000, family=family, hurst_range=(0.8, 0.8)),
+        )
+        for family in spectral
     ]
     by_kind += [
         HeldOutSet(

@@ -21,13 +21,13 @@ def dataset(
     count: Annotated[int, typer.Option(min=1, help="Number of surfaces.")] = DATASET.count,
     seed: Annotated[int, typer.Option(help="Seed of the first surface; the others follow.")] = DATASET.seed,
     family: Annotated[
-        Family, typer.Option(help="The paper's random midpoint surfaces, or varied ones under varied loads.")
+        Family, typer.Option(help="The paper's random midpoint surfaces, spectral ones of one kind, or varied ones.")
     ] = DATASET.family,
     hurst: Annotated[
-        tuple[float, float], typer.Option(help="Hurst exponents of midpoint surfaces, uniform from lowest to highest.")
+        tuple[float, float], typer.Option(help="Hurst exponents, uniform from lowest to highest; not of varied surfaces.")
     ] = DATASET.hurst_range,
     load_n: Annotated[
-        tuple[float, float], typer.Option(help="Loads on midpoint surfaces in N, log-uniform from lowest to highest.")
+        tuple[float, float], typer.Option(help="Loads in N, log-uniform from lowest to highest; not on varied surfaces.")
     ] = DATASET.load_range_n,
     side_mm: Annotated[float, typer.Option(help="Side of the square, in mm.")] = DATASET.units.side_mm,
     height_range_um: Annotated[

@@ -1,13 +1,14 @@
 import numpy as np
 import pytest
 
-from model.families import CODES, LOG_LOAD_RANGE, Units, midpoint_problems, varied_problems
+from model.families import CODES, LOG_LOAD_RANGE, Family, Units, simple_problems, varied_problems
 from model.features import log_load
 from solver import random_midpoint_displacement
+from solver.roughness import roughness
 
 
 def test_midpoint_problems_are_the_papers() -> None:
-    (drawn,) = midpoint_problems(64, range(7, 8), (0.5, 0.5), (30.0, 30.0), Units())
+    (drawn,) = simple_problems("midpoint", 64, range(7, 8), (0.5, 0.5), (30.0, 30.0), Units())
     problem = drawn.problem
     expected = np.rint(random_midpoint_displacement(64, 0.5, 7) * CODES)
     np.testing.assert_array_equal(drawn.codes, expected)
@@ -15,6 +16,17 @@ def test_midpoint_problems_are_the_papers() -> None:
     assert problem.load == pytest.approx(30.0)
     assert (problem.effective_modulus, problem.boundary) == (6.843e9, "free")
     assert problem.pixel_size == (1e-3 / 64, 1e-3 / 64)
+
+
+@pytest.mark.parametrize("family", ["roll-off", "anisotropic", "skewed"])
+def test_spectral_problems_are_of_their_kind(family: Family) -> None:
+    for drawn in simple_problems(family, 128, range(4), (0.8, 0.8), (10.0, 50.0), Units()):
+        found = roughness(drawn.problem.heights, drawn.problem.pixel_size)
+        along_x, along_y = (np.diff(drawn.problem.heights, axis=axis).std() for axis in (1, 0))
+        power = np.abs(np.fft.rfft2(drawn.problem.heights - drawn.problem.heights.mean())) ** 2
+        assert (found.rsk < -1) == (family == "skewed")
+        assert (max(along_x, along_y) > 1.5 * min(along_x, along_y)) == (family == "anisotropic")
+        assert (power[0:3, 0:3].sum() < 0.2 * power.sum()) == (family == "roll-off")
 
 
 def test_a_draw_of_varied_problems_shares_its_grid_and_differs_in_all_else() -> None:
