@@ -1,7 +1,7 @@
 """The RQ queues: of verifications, and of shards of data sets."""
 
 from redis import Redis
-from rq import Queue
+from rq import Queue, Retry
 from rq.serializers import JSONSerializer
 
 VERIFICATIONS = "asperity"
@@ -10,12 +10,27 @@ SHARDS = "asperity-shards"
 
 MAINTENANCE_LOCK_S = 10
 
+RETRIES = 3
+"""How often a job is taken up again after its worker was lost, before it counts as failed."""
+
 
 class JobQueue(Queue):
     """A queue of JSON jobs, never pickles, that soon takes back the jobs of lost workers."""
 
     def __init__(self, connection: Redis, job_timeout_s: int | None = None, name: str = VERIFICATIONS) -> None:
         super().__init__(name, connection=connection, serializer=JSONSerializer, default_timeout=job_timeout_s)
+
+    def submit(self, function: str, job_id: str, description: str, keep_s: int, args: tuple[object, ...] = ()) -> None:
+        """Queue a call; what becomes of it is kept for so long, and a worker that is lost costs one of its retries."""
+        self.enqueue_call(
+            function,
+            args=args,
+            job_id=job_id,
+            description=description,
+            retry=Retry(max=RETRIES),
+            result_ttl=keep_s,
+            failure_ttl=keep_s,
+        )
 
     def acquire_maintenance_lock(self) -> bool:
         """Whether the caller may look for abandoned jobs; RQ's own lock outlives a holder that is killed by 15 minutes."""

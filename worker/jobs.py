@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from redis import Redis
-from rq import Retry
 from rq.exceptions import NoSuchJobError
 from rq.job import Job, JobStatus
 
@@ -15,9 +14,6 @@ from worker.job_queue import JobQueue
 from worker.parcel import JobKeys, Parcel
 from worker.settings import Settings
 from worker.store import is_id, new_id
-
-RETRIES = 3
-"""How often a job is taken up again after its worker was lost, before it counts as failed."""
 
 JobStatusName = Literal["queued", "started", "finished", "failed", "canceled"]
 
@@ -72,14 +68,8 @@ class VerificationQueue:
         self._refuse_if_full()
         job_id, keep_s = new_id(), self.settings.retention_s
         JobKeys(self.connection, job_id).send_parcel(Parcel(problem, predicted_mask, resistivity), keep_s)
-        self.queue.enqueue_call(
-            "worker.verification.verify",
-            job_id=job_id,
-            description=f"verify {problem.shape[0]} x {problem.shape[1]}",
-            retry=Retry(max=RETRIES),
-            result_ttl=keep_s,
-            failure_ttl=keep_s,
-        )
+        rows, columns = problem.shape
+        self.queue.submit("worker.verification.verify", job_id, f"verify {rows} x {columns}", keep_s)
         return job_id
 
     @redis_failures()

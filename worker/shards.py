@@ -6,14 +6,14 @@ from dataclasses import asdict
 from typing import Any
 
 from redis import Redis
-from rq import Retry, get_current_job
+from rq import get_current_job
 from rq.job import Job, JobStatus
 
 from model.dataset import DatasetConfig, shard_bytes
 from model.errors import DatasetError
 from worker.connection import redis_failures
 from worker.job_queue import SHARDS, JobQueue
-from worker.jobs import RETRIES, failure_of
+from worker.jobs import failure_of
 from worker.settings import Settings
 from worker.store import new_id
 
@@ -73,15 +73,9 @@ class ShardQueue:
 
     def _enqueue(self, config: DatasetConfig, indices: range) -> str:
         job_id = new_id()
-        self.queue.enqueue_call(
-            "worker.shards.make_shard",
-            args=(asdict(config), indices.start, indices.stop),
-            job_id=job_id,
-            description=f"{len(indices)} samples of {config.size} x {config.size}",
-            retry=Retry(max=RETRIES),
-            result_ttl=KEPT_S,
-            failure_ttl=KEPT_S,
-        )
+        description = f"{len(indices)} samples of {config.size} x {config.size}"
+        call = asdict(config), indices.start, indices.stop
+        self.queue.submit("worker.shards.make_shard", job_id, description, KEPT_S, call)
         return job_id
 
 
