@@ -23,7 +23,9 @@ class PredictionForm(ProblemForm):
 
     surface: UploadFile = Field(description="height map as an 8- or 16-bit grey PNG file; black is lowest, white highest")
     accuracy: Annotated[Accuracy, PlainValidator(_accuracy), WithJsonSchema({"type": "string"})] = Field(
-        "balanced", description="accuracy: 'fast', 'balanced', 'exact', or the mean of 1 - Dice that is allowed, 0 to 1"
+        "balanced",
+        description="accuracy: 'fast', 'balanced', 'exact', or the mean error that is allowed of 1 - Dice, contact area and "
+        "contact resistance, 0 to 1",
     )
     verify: bool = Field(True, description="true or false: whether the reference solver checks the prediction")
     inline_mask: bool = Field(False, description="true or false: whether the answer holds the mask itself")

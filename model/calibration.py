@@ -1,4 +1,4 @@
-"""The error to expect of a prediction, from what the network itself doubts: fitted on held-out surfaces.
+"""The error to expect of a prediction, from what it tells of itself: fitted on held-out surfaces.
 
 An error is, on average, a power of the doubt, of the pixels in contact and of the dimensionless load; nine in ten errors
 stay below a multiple of that.
@@ -6,11 +6,15 @@ stay below a multiple of that.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize
 
 from solver.problem import FloatArray
+
+Calibration = dict[str, dict[str, Any]]
+"""For each quantity ``powers`` of the predictors and the ``factor`` from the mean to the bound."""
 
 QUANTITIES = ("dice", "contact_area", "contact_resistance")
 COVERED = 0.9
@@ -38,7 +42,8 @@ class Evidence:
     """What a prediction tells of its own error.
 
     Attributes:
-        doubt: 1 - Dice that the network itself expects.
+        doubt: 1 - Dice that the network itself expects, or that a solve which stopped early finds between the pixels under
+            pressure and its active set.
         contact_pixels: of the predicted mask.
         log_load: log10 F / (E* A0 rms slope).
     """
@@ -48,18 +53,15 @@ class Evidence:
     log_load: float
 
 
-def calibrated(evidence: Sequence[Evidence], errors: Mapping[str, Sequence[float]]) -> dict[str, dict[str, object]]:
+def calibrated(evidence: Sequence[Evidence], errors: Mapping[str, Sequence[float]]) -> Calibration:
     """Fit the errors found on held-out surfaces.
 
     Args:
         evidence: of the predictions.
         errors: for each of ``QUANTITIES`` what the predictions were wrong by.
-
-    Returns:
-        For each quantity ``powers`` of the predictors and the ``factor`` from the mean to the bound.
     """
     design = np.array([_predictors(one) for one in evidence])
-    found: dict[str, dict[str, object]] = {}
+    found: Calibration = {}
     for quantity in QUANTITIES:
         error = np.asarray(errors[quantity])
         powers = _poisson(design, error)
@@ -68,13 +70,13 @@ def calibrated(evidence: Sequence[Evidence], errors: Mapping[str, Sequence[float
     return found
 
 
-def error_bars(evidence: Evidence, calibration: Mapping[str, Mapping[str, object]]) -> dict[str, ErrorBar]:
+def error_bars(evidence: Evidence, calibration: Calibration) -> dict[str, ErrorBar]:
     """The error to expect of each quantity; at most one, which is all that Dice can lose."""
     predictors = _predictors(evidence)
     bars = {}
     for quantity in QUANTITIES:
-        expected = min(float(np.exp(predictors @ np.asarray(calibration[quantity]["powers"], dtype=float))), 1.0)
-        bars[quantity] = ErrorBar(expected, min(expected * float(str(calibration[quantity]["factor"])), 1.0))
+        expected = min(float(np.exp(predictors @ np.asarray(calibration[quantity]["powers"]))), 1.0)
+        bars[quantity] = ErrorBar(expected, min(expected * float(calibration[quantity]["factor"]), 1.0))
     return bars
 
 

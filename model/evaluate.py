@@ -12,17 +12,18 @@ from time import perf_counter
 import numpy as np
 from tqdm import tqdm
 
-from model.calibration import COVERED, QUANTITIES, ErrorBar
+from model.calibration import COVERED, QUANTITIES, Calibration, ErrorBar, calibrated
 from model.dataset import DatasetConfig, build, draw, read_pairs
 from model.features import log_load
 from model.figures import draw_figures
 from model.held_out import HeldOutSet, held_out_sets
-from model.methods import METHODS, Choice, Measured, stored
+from model.methods import METHODS, NETWORK, SOLVED, Measured, Method, Ways, stored
 from model.model_card import model_card
 from model.outcome import Outcome, Row
-from model.prediction import EXACT, Prediction
+from model.prediction import Prediction
 from model.surrogate import Surrogate
 from model.weights import MEASURED, SHIPPED
+from model.worst_cases import worst_cases
 from solver.problem import BoolArray, ContactProblem
 from solver.solve import solve
 
@@ -53,31 +54,36 @@ def evaluate(
     Returns:
         Rows of the network alone and of the served answer (``balanced``).
     """
-    measured = measure(Surrogate.load(weights))
-    (weights / MEASURED).write_text(stored(measured), encoding="utf-8")
+    ways = measure(Surrogate.load(weights))
+    (weights / MEASURED).write_text(stored(ways), encoding="utf-8")
     surrogate = Surrogate.load(weights)
     sets = held_out_sets(count)
     for one in sets:
         build(_directory(data, one), one.config, processes)
-    ways: dict[str, Way] = {"network alone": surrogate.estimate, "served, balanced": surrogate.predict}
-    outcomes = {name: [_outcomes(way, _directory(data, one)) for one in tqdm(sets, desc=name)] for name, way in ways.items()}
+    judged: dict[str, Way] = {"network alone": surrogate.estimate, "served, balanced": surrogate.predict}
+    outcomes = {
+        name: [_outcomes(way, _directory(data, one)) for one in tqdm(sets, desc=name)] for name, way in judged.items()
+    }
     rows = {name: [Row.of(*pair) for pair in zip(sets, found, strict=True)] for name, found in outcomes.items()}
     report.parent.mkdir(parents=True, exist_ok=True)
     numbers = {"model": surrogate.version} | {name: [asdict(row) for row in found] for name, found in rows.items()}
     report.with_suffix(".json").write_text(json.dumps(numbers, indent=2) + "\n", encoding="utf-8")
-    pictures = draw_figures(report.parent / FIGURES, list(zip(sets, outcomes["network alone"], strict=True)))
-    report.write_text(model_card(surrogate, rows, measured, pictures), encoding="utf-8")
+    alone = list(zip(sets, outcomes["network alone"], strict=True))
+    pictures = draw_figures(report.parent / FIGURES, alone)
+    card = model_card(surrogate, rows, ways.measured, pictures, worst_cases(alone))
+    report.write_text(card, encoding="utf-8")
     return rows
 
 
-def measure(surrogate: Surrogate) -> list[Measured]:
+def measure(surrogate: Surrogate) -> Ways:
     """Cost and error of every way to answer, on surfaces that are in no other set, half midpoint and half varied ones."""
-    found = []
+    measured: list[Measured] = []
+    seen: dict[Method, list[Outcome]] = {method: [] for method in METHODS}
     for size, load in tqdm(list(product(MEASURED_SIZES, MEASURED_LOADS_N)), desc="ways to answer"):
         problems = _measured_problems(size, load)
         references = [solve(problem).checked().contact_mask for problem in problems]
         for method in METHODS:
-            way = partial(surrogate.answer, choice=Choice(method, 0.0, EXACT))
+            way = partial(surrogate.answer, method=method)
             outcomes = [_outcome(way, *pair) for pair in zip(problems, references, strict=True)]
             found_errors = np.array([outcome.errors for outcome in outcomes])
             errors = {
@@ -85,8 +91,15 @@ def measure(surrogate: Surrogate) -> list[Measured]:
                 for quantity, values in zip(QUANTITIES, found_errors.T, strict=True)
             }
             milliseconds = float(np.median([outcome.milliseconds for outcome in outcomes]))
-            found.append(Measured(method, size**2, log_load(problems[0]), milliseconds, errors))
-    return found
+            measured.append(Measured(method, size**2, log_load(problems[0]), milliseconds, errors))
+            seen[method] += outcomes
+    early = {method: outcomes for method, outcomes in seen.items() if method not in (NETWORK, SOLVED)}
+    return Ways(tuple(measured), {method: _calibrated(outcomes) for method, outcomes in early.items()})
+
+
+def _calibrated(outcomes: list[Outcome]) -> Calibration:
+    errors = zip(*(outcome.errors for outcome in outcomes), strict=True)
+    return calibrated([outcome.prediction.evidence for outcome in outcomes], dict(zip(QUANTITIES, errors, strict=True)))
 
 
 def _measured_problems(size: int, load: float) -> list[ContactProblem]:

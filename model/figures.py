@@ -10,11 +10,11 @@ from matplotlib.figure import Figure
 
 from model.held_out import HeldOutSet
 from model.outcome import Outcome
+from model.worst_cases import worst_cases
 from solver.problem import BoolArray, FloatArray
 
 Found = Sequence[tuple[HeldOutSet, Sequence[Outcome]]]
 
-WORST = 3
 REFERENCE, PREDICTED = {"color": "tab:blue"}, {"color": "tab:red", "linestyle": "--"}
 BOTH, MISSED, INVENTED = (255, 255, 255), (60, 120, 255), (255, 60, 40)
 
@@ -33,7 +33,6 @@ def draw_figures(directory: Path, found: Found) -> dict[str, str]:
     by_scale = [pair for pair in found if pair[0].group.startswith("by scale")]
     by_load = [pair for pair in found if pair[0].group.startswith("by load")]
     outcomes = [(held_out, outcome) for held_out, several in found for outcome in several]
-    worst = sorted(outcomes, key=lambda pair: pair[1].comparison.dice)[:WORST]
     key = "White touches in both, blue in the reference alone, red in the prediction alone; right, radial spectra."
     figures = {
         "scales": (_examples([(one, several[0]) for one, several in by_scale]), f"Masks by scale (Fig. 4). {key}"),
@@ -41,7 +40,7 @@ def draw_figures(directory: Path, found: Found) -> dict[str, str]:
         "areas": (_areas(outcomes), "Predicted and reference contact fraction of every map (Fig. 6)."),
         "by_scale": (_trends(by_scale), "Contact fraction and resistance by scale (Fig. 7)."),
         "by_load": (_trends(by_load), "Contact fraction and resistance by load (Fig. 8)."),
-        "worst": (_examples(worst), f"The maps with the lowest Dice of all (Fig. 9). {key}"),
+        "worst": (_examples(worst_cases(found)), f"The maps with the lowest Dice of all (Fig. 9). {key}"),
     }
     for name, (figure, _) in figures.items():
         figure.savefig(directory / f"{name}.png", dpi=80)

@@ -11,14 +11,14 @@ from typing import Literal
 
 import numpy as np
 
-from model.calibration import QUANTITIES, ErrorBar
+from model.calibration import QUANTITIES, Calibration, ErrorBar
 from model.errors import AccuracyError
 
 Start = Literal["network", "coarse"]
 Accuracy = Literal["fast", "balanced", "exact"] | float
 
 TARGETS = {"fast": 0.03, "balanced": 0.01, "exact": 0.0}
-"""Mean of 1 - Dice that each word stands for."""
+"""Mean error that each word stands for: of 1 - Dice, and relative ones of contact area and resistance."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +80,19 @@ class Measured:
 
 
 @dataclass(frozen=True)
+class Ways:
+    """What is known of the ways to answer.
+
+    Attributes:
+        measured: cost and error by size and load, to choose by.
+        calibrations: of the error of a single answer, for the methods that stop early.
+    """
+
+    measured: tuple[Measured, ...]
+    calibrations: dict[Method, Calibration]
+
+
+@dataclass(frozen=True)
 class Choice:
     """A method and what is expected of it."""
 
@@ -89,7 +102,7 @@ class Choice:
 
 
 def target_of(accuracy: Accuracy) -> float:
-    """The mean of 1 - Dice that is allowed.
+    """The mean error that is allowed.
 
     Raises:
         AccuracyError: not a word of ``TARGETS`` and not a number from 0 to 1.
@@ -100,7 +113,7 @@ def target_of(accuracy: Accuracy) -> float:
     elif 0 <= accuracy <= 1:
         return accuracy
     raise AccuracyError(
-        f"The accuracy is {accuracy!r}; it must be {', '.join(TARGETS)}, or 1 - Dice as a number from 0 to 1."
+        f"The accuracy is {accuracy!r}; it must be {', '.join(TARGETS)}, or the mean error that is allowed, from 0 to 1."
     )
 
 
@@ -108,19 +121,19 @@ def choose(target: float, pixels: int, log_load: float, measured: Sequence[Measu
     """The methods whose error is within a target, the cheapest first; the full solve always is.
 
     Args:
-        target: mean of 1 - Dice that is allowed.
+        target: mean error that is allowed.
         pixels: of the map.
         log_load: log10 F / (E* A0 rms slope).
         measured: what is known of the methods.
     """
     choices = [_expected(method, pixels, log_load, measured) for method in METHODS]
-    good = [choice for choice in choices if choice.method == SOLVED or _within(choice.errors["dice"], target)]
+    good = [choice for choice in choices if choice.method == SOLVED or _within(choice.errors, target)]
     return sorted(good, key=lambda choice: choice.milliseconds)
 
 
-def _within(error: ErrorBar, target: float) -> bool:
-    """Whether an error is within a target on average, and rarely far beyond it."""
-    return error.expected <= target and error.bound <= RARELY_BEYOND * target
+def _within(errors: dict[str, ErrorBar], target: float) -> bool:
+    """Whether all errors are within a target on average, and rarely far beyond it."""
+    return all(error.expected <= target and error.bound <= RARELY_BEYOND * target for error in errors.values())
 
 
 def _expected(method: Method, pixels: int, log_load: float, measured: Sequence[Measured]) -> Choice:
@@ -145,14 +158,18 @@ def _expected(method: Method, pixels: int, log_load: float, measured: Sequence[M
     return Choice(method, at_size([one.milliseconds for one in nearest]) * beyond, errors)
 
 
-def stored(measured: Sequence[Measured]) -> str:
-    """The measurements as JSON."""
-    return json.dumps([asdict(one) for one in measured], indent=1) + "\n"
+def stored(ways: Ways) -> str:
+    """As JSON, a measurement a line."""
+    lines = ",\n".join(json.dumps(asdict(one)) for one in ways.measured)
+    fits = [{"method": asdict(method), "calibration": calibration} for method, calibration in ways.calibrations.items()]
+    fitted = ",\n".join(map(json.dumps, fits))
+    return f'{{"measured": [\n{lines}\n],\n"calibrations": [\n{fitted}\n]}}\n'
 
 
-def restored(text: str) -> list[Measured]:
-    """The measurements from JSON."""
-    return [
+def restored(text: str) -> Ways:
+    """From JSON."""
+    content = json.loads(text)
+    measured = tuple(
         Measured(
             Method(**one["method"]),
             one["pixels"],
@@ -160,5 +177,6 @@ def restored(text: str) -> list[Measured]:
             one["milliseconds"],
             {quantity: ErrorBar(**bar) for quantity, bar in one["errors"].items()},
         )
-        for one in json.loads(text)
-    ]
+        for one in content["measured"]
+    )
+    return Ways(measured, {Method(**one["method"]): one["calibration"] for one in content["calibrations"]})

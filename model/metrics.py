@@ -31,6 +31,11 @@ class Comparison:
     area_error: float
 
 
+def dice(one: BoolArray, other: BoolArray) -> float:
+    """Dice coefficient of two masks of the same shape, of which one at least has contact somewhere (Eq. 14)."""
+    return 2 * int(np.count_nonzero(one & other)) / (int(np.count_nonzero(one)) + int(np.count_nonzero(other)))
+
+
 def compare(reference: BoolArray, predicted: BoolArray) -> Comparison:
     """Compare two masks of the same shape; the reference must have contact somewhere."""
     true_positive = int(np.count_nonzero(reference & predicted))
@@ -38,7 +43,7 @@ def compare(reference: BoolArray, predicted: BoolArray) -> Comparison:
     in_predicted = int(np.count_nonzero(predicted))
     union = in_reference + in_predicted - true_positive
     return Comparison(
-        dice=2 * true_positive / (in_reference + in_predicted),
+        dice=dice(reference, predicted),
         jaccard=true_positive / union,
         bf_score=bf_score(reference, predicted),
         pixel_accuracy=1 - (union - true_positive) / reference.size,

@@ -8,10 +8,15 @@ from model.methods import METHODS, Measured
 from model.metrics import BOUNDARY_TOLERANCE
 from model.outcome import Row
 from model.surrogate import Surrogate
+from model.worst_cases import Judged, explained
 
 
 def model_card(
-    surrogate: Surrogate, rows: Mapping[str, Sequence[Row]], measured: Sequence[Measured], pictures: Mapping[str, str]
+    surrogate: Surrogate,
+    rows: Mapping[str, Sequence[Row]],
+    measured: Sequence[Measured],
+    pictures: Mapping[str, str],
+    worst: Sequence[Judged],
 ) -> str:
     """The card as Markdown.
 
@@ -20,6 +25,7 @@ def model_card(
         rows: by way to answer.
         measured: ways to answer.
         pictures: captions by file, relative to the card.
+        worst: cases.
     """
     manifest = surrogate.weights.manifest
     training = manifest["training"]
@@ -58,6 +64,9 @@ machine that wrote this page.
 ## Pictures, network alone
 
 {drawn}
+The worst of them, and why: where little touches, each pixel at the edge of a spot counts for much.
+
+{explained(worst)}
 ## What every way to answer costs
 
 Mean 1 - Dice and median ms on two cores of the machine that wrote this page, on surfaces half midpoint and half varied;

@@ -5,11 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from model.calibration import QUANTITIES, ErrorBar
+from model.calibration import QUANTITIES, ErrorBar, Evidence
 from solver.problem import BoolArray, FloatArray
 
 EXACT = dict.fromkeys(QUANTITIES, ErrorBar(0.0, 0.0))
 """Error bars of the full solve."""
+
+UNKNOWN = dict.fromkeys(QUANTITIES, ErrorBar(1.0, 1.0))
+"""Error bars where nothing is known."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,11 @@ class ExpectedError:
     contact_area_bound: float
     contact_resistance_bound: float
 
+    @property
+    def largest(self) -> float:
+        """Of the errors as they are expected."""
+        return max(self.dice, self.contact_area, self.contact_resistance)
+
     @classmethod
     def of(cls, bars: dict[str, ErrorBar]) -> "ExpectedError":
         """From the error bars of all quantities."""
@@ -45,6 +53,7 @@ class Prediction:
         probability: of contact, float32, same shape.
         pressure: in Pa, same shape, zero off the mask; it carries the load exactly.
         method: ``surrogate``, ``surrogate and solver`` or ``solver``.
+        evidence: what it tells of its own error.
         expected_error: zero where the solver answered to its usual tolerance.
         outside: why the problem lies outside what the network was trained on, where its expected error may be far too
             small; empty if it does not, or if the solver answered.
@@ -55,6 +64,7 @@ class Prediction:
     probability: NDArray[np.float32]
     pressure: FloatArray
     method: str
+    evidence: Evidence
     expected_error: ExpectedError
     outside: tuple[str, ...]
     timings_ms: dict[str, float]

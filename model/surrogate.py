@@ -15,12 +15,14 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn import functional
 
-from model.calibration import Evidence, error_bars
+from model.calibration import ErrorBar, Evidence, error_bars
 from model.domain import outside, statistics
+from model.engine import Engine
 from model.features import SMALLEST_SIDE, Features, features, log_load, network_input
 from model.mask import active, decide, doubt
-from model.methods import NETWORK, SOLVED, Accuracy, Choice, Method, choose, target_of
-from model.prediction import EXACT, ExpectedError, Prediction
+from model.methods import NETWORK, SOLVED, Accuracy, Method, choose, target_of
+from model.metrics import dice
+from model.prediction import EXACT, UNKNOWN, ExpectedError, Prediction
 from model.tiles import tiles
 from model.weights import SHIPPED, Weights, load_weights
 from solver.errors import InvalidLoadError
@@ -42,8 +44,7 @@ class Surrogate:
 
     def __init__(self, weights: Weights) -> None:
         self.weights = weights
-        self.precision = torch.bfloat16 if torch.cpu.get_capabilities().get("avx512_bf16") else torch.float32
-        self._network = weights.network.to(self.precision, memory_format=torch.channels_last)  # type: ignore[call-overload]
+        self._engine = Engine(weights.network)
 
     @classmethod
     def load(cls, directory: Path = SHIPPED) -> "Surrogate":
@@ -67,7 +68,8 @@ class Surrogate:
 
         Args:
             problem: what touches.
-            accuracy: ``fast``, ``balanced``, ``exact``, or the mean of 1 - Dice that is allowed.
+            accuracy: ``fast``, ``balanced``, ``exact``, or the mean error that is allowed of 1 - Dice, contact area and
+                contact resistance alike.
 
         Raises:
             AccuracyError: another accuracy.
@@ -75,23 +77,23 @@ class Surrogate:
         """
         target = target_of(accuracy)
         if min(problem.shape) < SMALLEST_SIDE or problem.rms_height == 0 or problem.hardness is not None:
-            return _solved(problem, Choice(SOLVED, 0.0, EXACT))
-        if not self.weights.measured:
+            return self._solved(problem, SOLVED)
+        if self.weights.ways is None:
             return self.estimate(problem)
-        choices = choose(target, problem.heights.size, log_load(problem), self.weights.measured)
-        first = choices[0]
-        if first.method != NETWORK:
+        choices = choose(target, problem.heights.size, log_load(problem), self.weights.ways.measured)
+        first = choices[0].method
+        if first != NETWORK:
             return self.answer(problem, first)
         estimate = self.estimate(problem)
-        if estimate.in_distribution and estimate.expected_error.dice <= target:
+        if estimate.in_distribution and estimate.expected_error.largest <= target:
             return estimate
-        return _solved(problem, choices[1], estimate)
+        return self._solved(problem, choices[1].method, estimate)
 
-    def answer(self, problem: ContactProblem, choice: Choice) -> Prediction:
+    def answer(self, problem: ContactProblem, method: Method) -> Prediction:
         """What one way to answer says."""
-        if choice.method == NETWORK:
+        if method == NETWORK:
             return self.estimate(problem)
-        return _solved(problem, choice, self.estimate(problem) if choice.method.start == "network" else None)
+        return self._solved(problem, method, self.estimate(problem) if method.start == "network" else None)
 
     def estimate(self, problem: ContactProblem) -> Prediction:
         """What the network alone says."""
@@ -151,17 +153,47 @@ class Surrogate:
         """A prediction from what the network says, fields of shape (rows, columns), and the statistics of the problem."""
         probability: NDArray[np.float32] = torch.sigmoid(logits).numpy()
         mask = decide(probability)
-        pressure = np.where(mask, probability * relative.numpy(), 0.0)
+        touching = np.maximum(probability[mask] * relative.numpy()[mask], np.finfo(np.float32).tiny).astype(np.float64)
+        pressure = np.zeros(problem.shape)
+        pressure[mask] = touching * (problem.load / problem.pixel_area / touching.sum())
         evidence = Evidence(doubt(probability, mask), int(np.count_nonzero(mask)), log_load(problem))
         return Prediction(
             contact_mask=mask,
             probability=probability,
-            pressure=pressure * (problem.nominal_pressure / pressure.mean()),
+            pressure=pressure,
             method=NETWORK.name,
+            evidence=evidence,
             expected_error=ExpectedError.of(error_bars(evidence, self.weights.manifest["calibration"])),
             outside=outside(found, self.weights.manifest["domain"]),
             timings_ms=timings_ms,
         )
+
+    def _solved(self, problem: ContactProblem, method: Method, estimate: Prediction | None = None) -> Prediction:
+        """What the solver says, from its own start or from an estimate that is there."""
+        started = perf_counter()
+        start = None if estimate is None else estimate.pressure
+        solution = solve(problem, tolerance=method.tolerance, initial_pressure=start).checked()
+        exact = method.tolerance == SOLVED.tolerance
+        mask = solution.contact_mask if exact else active(problem, solution)
+        pressure = np.where(mask, solution.pressure, 0.0)
+        disagreement = 1 - dice(solution.contact_mask, mask)
+        evidence = Evidence(disagreement, int(np.count_nonzero(mask)), log_load(problem) if problem.rms_slope else -np.inf)
+        used = method if estimate is None else Method("network", method.tolerance)
+        return Prediction(
+            contact_mask=mask,
+            probability=mask.astype(np.float32),
+            pressure=pressure * (problem.nominal_pressure / pressure.mean()),
+            method=used.name,
+            evidence=evidence,
+            expected_error=ExpectedError.of(EXACT if exact else self._bars(used, evidence)),
+            outside=(),
+            timings_ms=(estimate.timings_ms if estimate else {}) | {"solve": (perf_counter() - started) * 1e3},
+        )
+
+    def _bars(self, method: Method, evidence: Evidence) -> dict[str, ErrorBar]:
+        """Error bars of what a method that stops early says; of anything, where that was not measured."""
+        ways = self.weights.ways
+        return UNKNOWN if ways is None else error_bars(evidence, ways.calibrations[method])
 
     @torch.inference_mode()
     def _evaluate(self, given: Features, boundary: Boundary) -> tuple[Tensor, Tensor]:
@@ -172,33 +204,16 @@ class Surrogate:
         parts = []
         for part in given.split(most):
             fields = functional.pad(network_input(part), (around,) * 4, mode="circular" if around else "constant")
-            said = torch.empty((2, len(fields), *fields.shape[2:]))
-            for seen, kept in tiles(fields.shape[2], fields.shape[3]):
-                inside = tuple(slice(k.start - s.start, k.stop - s.start) for s, k in zip(seen, kept, strict=True))
-                window = fields[(..., *seen)].to(self.precision)
-                answers = self._network(window, part.conditions.to(self.precision))
-                for whole, answer in zip(said, answers, strict=True):
-                    whole[(..., *kept)] = answer[(..., *inside)]
-            parts.append(said[..., around : around + rows, around : around + columns])
-        logits, relative = torch.cat(parts, dim=1)
+            parts.append(self._in_tiles(fields, part.conditions)[..., around : around + rows, around : around + columns])
+        logits, relative = (torch.cat(parts) if len(parts) > 1 else parts[0]).unbind(1)
         return logits, relative
 
-
-def _solved(problem: ContactProblem, choice: Choice, estimate: Prediction | None = None) -> Prediction:
-    """What the solver says, from its own start or from an estimate that is there."""
-    started = perf_counter()
-    tolerance = choice.method.tolerance
-    start = None if estimate is None else estimate.pressure
-    solution = solve(problem, tolerance=tolerance, initial_pressure=start).checked()
-    method = choice.method if estimate is None else Method("network", tolerance)
-    mask = solution.contact_mask if choice.method == SOLVED else active(problem, solution)
-    pressure = np.where(mask, solution.pressure, 0.0)
-    return Prediction(
-        contact_mask=mask,
-        probability=mask.astype(np.float32),
-        pressure=pressure * (problem.nominal_pressure / pressure.mean()),
-        method=method.name,
-        expected_error=ExpectedError.of(EXACT if choice.method == SOLVED else choice.errors),
-        outside=(),
-        timings_ms=(estimate.timings_ms if estimate else {}) | {"solve": (perf_counter() - started) * 1e3},
-    )
+    def _in_tiles(self, fields: Tensor, conditions: Tensor) -> Tensor:
+        windows = list(tiles(fields.shape[2], fields.shape[3]))
+        if len(windows) == 1:
+            return self._engine(fields, conditions)
+        said = torch.empty((len(fields), 2, *fields.shape[2:]))
+        for seen, kept in windows:
+            inside = [slice(k.start - s.start, k.stop - s.start) for s, k in zip(seen, kept, strict=True)]
+            said[:, :, *kept] = self._engine(fields[:, :, *seen], conditions)[:, :, *inside]
+        return said

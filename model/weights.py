@@ -9,7 +9,7 @@ from typing import Any
 from safetensors.torch import load, save
 
 from model.errors import WeightsError
-from model.methods import Measured, restored
+from model.methods import Ways, restored
 from model.network import ContactNet
 
 MEASURED = "methods.json"
@@ -26,13 +26,13 @@ class Weights:
         network: ready to evaluate.
         version: its name and the start of its hash.
         manifest: everything said of it: training, data, validation, calibration.
-        measured: cost and error of the ways to answer with it, as ``asperity evaluate`` found them; none before that.
+        ways: to answer with it, as ``asperity evaluate`` measured them; None before that.
     """
 
     network: ContactNet
     version: str
     manifest: dict[str, Any]
-    measured: tuple[Measured, ...] = ()
+    ways: Ways | None = None
 
 
 def save_weights(directory: Path, network: ContactNet, description: dict[str, Any]) -> None:
@@ -59,8 +59,8 @@ def load_weights(directory: Path = SHIPPED) -> Weights:
     network = load_network(directory)
     manifest = _manifest(directory)
     table = directory / MEASURED
-    measured = restored(table.read_text(encoding="utf-8")) if table.exists() else ()
-    return Weights(network.fuse(), f"contactnet-{manifest['sha256'][:8]}", manifest, tuple(measured))
+    ways = restored(table.read_text(encoding="utf-8")) if table.exists() else None
+    return Weights(network.fuse(), f"contactnet-{manifest['sha256'][:8]}", manifest, ways)
 
 
 def load_network(directory: Path) -> ContactNet:

@@ -64,7 +64,10 @@ def predict(
     mask: MaskFile = None,
     as_json: AsJson = False,
     accuracy: Annotated[
-        str, typer.Option(help="fast, balanced, exact, or the mean of 1 - Dice that is allowed, from 0 to 1.")
+        str,
+        typer.Option(
+            help="fast, balanced, exact, or the mean error that is allowed of mask, area and resistance, from 0 to 1."
+        ),
     ] = "balanced",
     attribution: Annotated[
         Path | None, typer.Option(dir_okay=False, help="Write here, as NPY, which heights moved the network's answer.")

@@ -11,7 +11,7 @@ from model import evaluate as evaluation
 from model.dataset import DatasetConfig, read_pairs
 from model.figures import radial_spectrum
 from model.held_out import TEST_SEED, HeldOutSet, held_out_sets
-from model.methods import METHODS, SOLVED, restored
+from model.methods import METHODS, NETWORK, SOLVED, restored
 from model.weights import MEASURED, SHIPPED
 
 ONE_SET = HeldOutSet("by scale", "64 x 64", DatasetConfig(size=64, count=4, seed=TEST_SEED), 0.9)
@@ -51,10 +51,11 @@ def test_the_card_holds_what_the_weights_reach_and_what_it_costs(
         assert min(picture.size) > 100
         assert f"(figures/{name}.png)" in card
 
-    measured = restored((weights / MEASURED).read_text())
-    assert {one.pixels for one in measured} == {32**2, 64**2}
-    assert {one.method for one in measured} == set(METHODS)
-    assert all(one.errors["dice"].expected < 1e-3 for one in measured if one.method == SOLVED)
+    ways = restored((weights / MEASURED).read_text())
+    assert {one.pixels for one in ways.measured} == {32**2, 64**2}
+    assert {one.method for one in ways.measured} == set(METHODS)
+    assert all(one.errors["dice"].expected < 1e-3 for one in ways.measured if one.method == SOLVED)
+    assert {NETWORK, SOLVED, *ways.calibrations} == set(METHODS)
 
 
 def test_no_training_surface_is_a_test_surface() -> None:

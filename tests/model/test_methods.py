@@ -4,7 +4,7 @@ import pytest
 
 from model.calibration import QUANTITIES, ErrorBar
 from model.errors import AccuracyError
-from model.methods import METHODS, NETWORK, SOLVED, Measured, choose, restored, stored, target_of
+from model.methods import METHODS, NETWORK, SOLVED, Measured, Ways, choose, restored, stored, target_of
 
 
 def measured() -> list[Measured]:
@@ -43,7 +43,9 @@ def test_the_load_measured_nearest_counts() -> None:
 
 
 def test_measurements_are_stored_and_restored() -> None:
-    assert restored(stored(measured())) == measured()
+    calibration = {quantity: {"powers": [0.1, 1.0, 0.0, -0.2], "factor": 2.0} for quantity in QUANTITIES}
+    ways = Ways(tuple(measured()), {METHODS[1]: calibration})
+    assert restored(stored(ways)) == ways
 
 
 def test_accuracies() -> None:

@@ -8,7 +8,7 @@ import pytest
 from model import Surrogate, compare
 from model.calibration import QUANTITIES, ErrorBar
 from model.errors import WeightsError
-from model.methods import NETWORK
+from model.methods import NETWORK, Method
 from model.weights import SHIPPED, load_weights
 from solver import ContactProblem, random_midpoint_displacement, solve
 from solver.errors import InvalidLoadError
@@ -132,18 +132,32 @@ def test_the_more_accuracy_is_asked_for_the_better_the_answer(surrogate: Surroga
 
 def test_an_estimate_that_doubts_itself_is_solved_further(surrogate: Surrogate) -> None:
     """Where the table says that the network will do, its own error bar has the last word."""
-    measured = surrogate.weights.measured
-    cheap = [replace(one, milliseconds=0.0) if one.method == NETWORK else one for one in measured]
-    eager = Surrogate(replace(load_weights(), measured=tuple(cheap)))
+    ways = surrogate.weights.ways
+    assert ways is not None
+    cheap = [replace(one, milliseconds=0.0) if one.method == NETWORK else one for one in ways.measured]
+    eager = Surrogate(replace(load_weights(), ways=replace(ways, measured=tuple(cheap))))
     problem = rough(128, 800)
     assert eager.predict(problem, 0.5).method == "surrogate"
-    own = eager.estimate(problem).expected_error.dice
+    own = eager.estimate(problem).expected_error.largest
     sure = [
         replace(one, errors=dict.fromkeys(QUANTITIES, ErrorBar(0.0, 0.0))) if one.method == NETWORK else one for one in cheap
     ]
-    sceptical = Surrogate(replace(load_weights(), measured=tuple(sure)))
+    sceptical = Surrogate(replace(load_weights(), ways=replace(ways, measured=tuple(sure))))
     assert sceptical.predict(problem, own * 1.01).method == "surrogate"
     assert sceptical.predict(problem, own * 0.99).method != "surrogate"
+
+
+def test_the_error_expected_of_a_solve_that_stops_early_is_of_the_size_of_its_error(surrogate: Surrogate) -> None:
+    for method in (Method("coarse", 1e-1), Method("coarse", 1e-2), Method("network", 1e-2)):
+        errors, expected, bounded = [], [], []
+        for seed in range(12):
+            problem = rough(128, 1400 + seed)
+            prediction = surrogate.answer(problem, method)
+            errors.append(1 - compare(solve(problem).contact_mask, prediction.contact_mask).dice)
+            expected.append(prediction.expected_error.dice)
+            bounded.append(errors[-1] <= prediction.expected_error.dice_bound)
+        assert 0.3 < np.mean(expected) / np.mean(errors) < 3
+        assert np.mean(bounded) > 0.6
 
 
 def test_a_batch_of_estimates_is_its_problems_one_by_one(surrogate: Surrogate) -> None:
