@@ -1,6 +1,7 @@
 """The network compiled for this machine's processor by OpenVINO: in bf16 where the processor has it, for any shape."""
 
 import sys
+from collections import deque
 
 import torch
 from torch import Tensor
@@ -25,8 +26,15 @@ class Engine:
         model = openvino.convert_model(network, example_input=example, input=[[-1, CHANNELS, -1, -1], [-1, CONDITIONS]])
         config = {"PERFORMANCE_HINT": "LATENCY", "INFERENCE_NUM_THREADS": str(threads())}
         self._compiled = openvino.Core().compile_model(model, "CPU", config)
+        self._idle = deque([self._compiled.create_infer_request()])
 
-    def __call__(self, places: Tensor, conditions: Tensor) -> Tensor:
+    def __call__(self, fields: Tensor, conditions: Tensor) -> Tensor:
         """As :meth:`model.network.ContactNet.forward`."""
-        said = self._compiled.create_infer_request().infer([places.numpy(), conditions.numpy()], share_inputs=True)
-        return torch.from_numpy(said[0])
+        try:
+            request = self._idle.pop()
+        except IndexError:
+            request = self._compiled.create_infer_request()
+        said = request.infer([fields.numpy(), conditions.numpy()], share_inputs=True, share_outputs=True)
+        copied = torch.from_numpy(said[0].copy())
+        self._idle.append(request)
+        return copied

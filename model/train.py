@@ -36,7 +36,7 @@ BATCH_PIXELS = 32 * 128**2
 
 FROZEN_FROM = 0.3
 """Share of the steps after which batch norms keep their statistics. Batches hold one size of map, and what is normal differs
-between sizes, so the network has to learn with the statistics that it will be used with."""
+between sizes, so the network has to learn with the statistics that it will be used with. Given weights keep theirs."""
 
 LOOKED_AT = 5
 
@@ -126,7 +126,7 @@ def train(directory: Path, config: TrainConfig, processes: int = 1) -> None:
         for batch in batches:
             generator = torch.Generator().manual_seed(config.seed * steps + step)
             network.train()
-            if step >= FROZEN_FROM * steps:
+            if config.start or step >= FROZEN_FROM * steps:
                 freeze_norms(network)
             losses.append(_step(together, optimizer, Batch(batch.grid, team.share(batch.samples)), generator, device))
             if not np.isfinite(losses[-1]):
