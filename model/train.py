@@ -5,6 +5,7 @@ so often, at a learning rate that rises at first and then falls to nothing.
 """
 
 import json
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -143,7 +144,7 @@ def train(directory: Path, config: TrainConfig, processes: int = 1) -> None:
                 found, calibration = validate(mean, grids, device)
                 record = {"step": step, "loss": float(np.mean(losses)), "validation": found}
                 losses = []
-                tqdm.write(json.dumps(record))
+                tqdm.write(json.dumps(record), file=sys.stderr)
                 with (directory / "history.jsonl").open("a", encoding="utf-8") as lines:
                     lines.write(json.dumps(record) + "\n")
                 description = _description(config, record) | {"calibration": calibration, "domain": domain}

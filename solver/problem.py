@@ -23,7 +23,7 @@ IntArray = NDArray[np.intp]
 SMALLEST_SIDE = 4
 LARGEST_SIDE = 8192
 MOST_ASPECT = 1000.0
-LEAST_STRAIN, MOST_STRAIN = 1e-30, 1e6
+LEAST_STRAIN, MOST_STRAIN = 1e-30, 1e12
 """Nominal pressure / E* beyond which floating-point numbers no longer hold the answer."""
 
 
