@@ -49,7 +49,8 @@ def test_numbers_agree_with_the_mask(predict: Predict, mask_of: Callable[..., ND
     for quantity in quantities:
         assert 0 <= answer["expected_error"][quantity] <= answer["expected_error"][f"{quantity}_bound"] <= 1
     stages = [value for stage, value in answer["timings_ms"].items() if stage != "total"]
-    assert sum(stages) == pytest.approx(answer["timings_ms"]["total"], rel=0.2)
+    assert all(stage >= 0 for stage in stages)
+    assert 0 < sum(stages) <= answer["timings_ms"]["total"]
 
 
 def test_the_accuracy_asked_for_is_reached(predict: Predict, mask_of: Callable[..., NDArray[np.bool_]]) -> None:
