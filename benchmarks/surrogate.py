@@ -71,7 +71,7 @@ def main() -> None:
 
 
 def _stopped(problem: ContactProblem, tolerance: float) -> BoolArray:
-    return active(problem, solve(problem, tolerance=tolerance))
+    return active(problem, solve(problem, tolerance=tolerance).checked())
 
 
 def _timed(work: Callable[[Any], Any], argument: Any) -> tuple[Any, float]:
