@@ -12,12 +12,12 @@ from time import perf_counter
 import numpy as np
 from tqdm import tqdm
 
-from model.calibration import COVERED, QUANTITIES, Calibration, ErrorBar, calibrated
+from model.calibration import COVERED, QUANTITIES, ErrorBar, calibrated
 from model.dataset import DatasetConfig, build, draw, read_pairs
 from model.features import log_load
 from model.figures import draw_figures
 from model.held_out import HeldOutSet, held_out_sets
-from model.methods import METHODS, NETWORK, SOLVED, Measured, Method, Ways, stored
+from model.methods import METHODS, NETWORK, SOLVED, Measured, Ways, stored
 from model.model_card import model_card
 from model.outcome import Outcome, Row
 from model.prediction import Prediction
@@ -32,6 +32,9 @@ MEASURED_LOADS_N = (0.5, 3.0, 30.0, 300.0)
 MEASURED_SEED = 20_000_000
 MOST_SURFACES, SURFACE_PIXELS = 8, 2**18
 """Surfaces of each kind, size and load on which the ways to answer are measured, and their pixels; at least two."""
+
+SMOOTH_HURST = 0.8
+"""Hurst exponent of the measured surfaces that are neither midpoint nor varied ones."""
 
 FIGURES = "figures"
 """Folder beside the report for its pictures."""
@@ -76,9 +79,9 @@ def evaluate(
 
 
 def measure(surrogate: Surrogate) -> Ways:
-    """Cost and error of every way to answer, on surfaces that are in no other set, half midpoint and half varied ones."""
+    """Cost and error of every way to answer, on surfaces that are in no other set: midpoint, varied and smooth ones."""
     measured: list[Measured] = []
-    seen: dict[Method, list[Outcome]] = {method: [] for method in METHODS}
+    stopped: list[Outcome] = []
     for size, load in tqdm(list(product(MEASURED_SIZES, MEASURED_LOADS_N)), desc="ways to answer"):
         problems = _measured_problems(size, load)
         references = [solve(problem).checked().contact_mask for problem in problems]
@@ -92,26 +95,25 @@ def measure(surrogate: Surrogate) -> Ways:
             }
             milliseconds = float(np.median([outcome.milliseconds for outcome in outcomes]))
             measured.append(Measured(method, size**2, log_load(problems[0]), milliseconds, errors))
-            seen[method] += outcomes
-    early = {method: outcomes for method, outcomes in seen.items() if method not in (NETWORK, SOLVED)}
-    return Ways(tuple(measured), {method: _calibrated(outcomes) for method, outcomes in early.items()})
-
-
-def _calibrated(outcomes: list[Outcome]) -> Calibration:
-    errors = zip(*(outcome.errors for outcome in outcomes), strict=True)
-    return calibrated([outcome.prediction.evidence for outcome in outcomes], dict(zip(QUANTITIES, errors, strict=True)))
+            if method not in (NETWORK, SOLVED):
+                stopped += outcomes
+    by_quantity = zip(*(outcome.errors for outcome in stopped), strict=True)
+    wrong_by = dict(zip(QUANTITIES, by_quantity, strict=True))
+    return Ways(tuple(measured), calibrated([outcome.prediction.evidence for outcome in stopped], wrong_by))
 
 
 def _measured_problems(size: int, load: float) -> list[ContactProblem]:
-    """Midpoint surfaces under a load, and varied ones under the same dimensionless load."""
+    """Midpoint surfaces under a load, and others under the same dimensionless load."""
     count = min(MOST_SURFACES, max(2, SURFACE_PIXELS // size**2))
     midpoint = DatasetConfig(size=size, seed=MEASURED_SEED, load_range_n=(load, load))
-    varied = replace(midpoint, family="varied")
+    smooth = replace(midpoint, hurst_range=(SMOOTH_HURST, SMOOTH_HURST))
+    others = (replace(midpoint, family="varied"), replace(smooth, family="anisotropic"), replace(smooth, family="skewed"))
     problems = [one.problem for one in draw(midpoint, range(count))]
-    for first in range(count):
-        (drawn,) = draw(varied, range(first, first + 1))
-        factor = 10 ** (log_load(problems[0]) - log_load(drawn.problem))
-        problems.append(replace(drawn.problem, load=drawn.problem.load * factor))
+    for config in others:
+        for first in range(count):
+            (drawn,) = draw(config, range(first, first + 1))
+            factor = 10 ** (log_load(problems[0]) - log_load(drawn.problem))
+            problems.append(replace(drawn.problem, load=drawn.problem.load * factor))
     return problems
 
 

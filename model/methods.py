@@ -27,7 +27,7 @@ class Method:
 
     Attributes:
         start: pressure predicted by the network, or prolonged from coarser grids by the solver itself.
-        tolerance: to which the solver goes on from there; zero for the network alone.
+        tolerance: to which the solver goes on from there; one for the network alone.
     """
 
     start: Start
@@ -38,7 +38,7 @@ class Method:
         """What the answer says of it."""
         if self.start == "coarse":
             return "solver"
-        return "surrogate" if self.tolerance == 0 else "surrogate and solver"
+        return "surrogate" if self == NETWORK else "surrogate and solver"
 
 
 RARELY_BEYOND = 2.0
@@ -46,7 +46,7 @@ RARELY_BEYOND = 2.0
 
 LEAST_ERROR = 1e-9
 
-NETWORK = Method("network", 0.0)
+NETWORK = Method("network", 1.0)
 SOLVED = Method("coarse", 1e-6)
 METHODS = (
     NETWORK,
@@ -85,11 +85,11 @@ class Ways:
 
     Attributes:
         measured: cost and error by size and load, to choose by.
-        calibrations: of the error of a single answer, for the methods that stop early.
+        calibration: of the error of a single answer, for all methods whose solver stops early.
     """
 
     measured: tuple[Measured, ...]
-    calibrations: dict[Method, Calibration]
+    calibration: Calibration
 
 
 @dataclass(frozen=True)
@@ -161,9 +161,7 @@ def _expected(method: Method, pixels: int, log_load: float, measured: Sequence[M
 def stored(ways: Ways) -> str:
     """As JSON, a measurement a line."""
     lines = ",\n".join(json.dumps(asdict(one)) for one in ways.measured)
-    fits = [{"method": asdict(method), "calibration": calibration} for method, calibration in ways.calibrations.items()]
-    fitted = ",\n".join(map(json.dumps, fits))
-    return f'{{"measured": [\n{lines}\n],\n"calibrations": [\n{fitted}\n]}}\n'
+    return f'{{"measured": [\n{lines}\n],\n"calibration": {json.dumps(ways.calibration)}}}\n'
 
 
 def restored(text: str) -> Ways:
@@ -179,4 +177,4 @@ def restored(text: str) -> Ways:
         )
         for one in content["measured"]
     )
-    return Ways(measured, {Method(**one["method"]): one["calibration"] for one in content["calibrations"]})
+    return Ways(measured, content["calibration"])

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from model.held_out import TEST_SEED
-from model.methods import METHODS, Measured
+from model.methods import METHODS, NETWORK, Measured
 from model.metrics import BOUNDARY_TOLERANCE
 from model.outcome import Row
 from model.surrogate import Surrogate
@@ -69,9 +69,10 @@ The worst of them, and why: where little touches, each pixel at the edge of a sp
 {explained(worst)}
 ## What every way to answer costs
 
-Mean 1 - Dice and median ms on two cores of the machine that wrote this page, on surfaces half midpoint and half varied;
-`network 0.1` is the solver to a tolerance of 0.1 started from the network's pressure, `coarse 0.1` from its own start. The
-service takes the cheapest that is accurate enough (`model/methods.py`).
+Mean 1 - Dice and median ms on two cores of the machine that wrote this page, on midpoint, varied and smooth surfaces (the
+last anisotropic or skewed, with Hurst exponent 0.8); `network 0.1` is the solver to a tolerance of 0.1 started from the
+network's pressure, `coarse 0.1` from its own start. The service takes the cheapest that is accurate enough on average, and
+has the solver go on where the error bar of the answer says that it is not (`model/methods.py`).
 
 {_ways(measured)}
 """
@@ -96,7 +97,7 @@ def table(rows: Sequence[Row]) -> str:
 
 
 def _ways(measured: Sequence[Measured]) -> str:
-    names = [f"{method.start} {method.tolerance:g}" if method.tolerance else "network" for method in METHODS]
+    names = ["network" if method == NETWORK else f"{method.start} {method.tolerance:g}" for method in METHODS]
     lines = [f"| pixels | log10 load | {' | '.join(names)} |", "|---|---|" + "---|" * len(METHODS)]
     for pixels, load in sorted({(one.pixels, one.log_load) for one in measured}):
         found = {one.method: one for one in measured if (one.pixels, one.log_load) == (pixels, load)}

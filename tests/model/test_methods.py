@@ -44,7 +44,7 @@ def test_the_load_measured_nearest_counts() -> None:
 
 def test_measurements_are_stored_and_restored() -> None:
     calibration = {quantity: {"powers": [0.1, 1.0, 0.0, -0.2], "factor": 2.0} for quantity in QUANTITIES}
-    ways = Ways(tuple(measured()), {METHODS[1]: calibration})
+    ways = Ways(tuple(measured()), calibration)
     assert restored(stored(ways)) == ways
 
 

@@ -12,6 +12,7 @@ from model.methods import NETWORK, Method
 from model.weights import SHIPPED, load_weights
 from solver import ContactProblem, random_midpoint_displacement, solve
 from solver.errors import InvalidLoadError
+from solver.spectral import spectral_surface
 
 UNSEEN_SEED = 20_000_000
 
@@ -145,6 +146,42 @@ def test_an_estimate_that_doubts_itself_is_solved_further(surrogate: Surrogate) 
     sceptical = Surrogate(replace(load_weights(), ways=replace(ways, measured=tuple(sure))))
     assert sceptical.predict(problem, own * 1.01).method == "surrogate"
     assert sceptical.predict(problem, own * 0.99).method != "surrogate"
+
+
+def test_a_solve_that_stopped_too_early_by_its_own_account_goes_on(surrogate: Surrogate) -> None:
+    """Where the table says that a tolerance of 0.1 will do, the error bar of that answer has the last word."""
+    ways = surrogate.weights.ways
+    assert ways is not None
+    loose, none = Method("coarse", 1e-1), dict.fromkeys(QUANTITIES, ErrorBar(0.0, 0.0))
+    sure = [replace(one, milliseconds=0.0, errors=none) if one.method == loose else one for one in ways.measured]
+    eager = Surrogate(replace(load_weights(), ways=replace(ways, measured=tuple(sure))))
+    problem = rough(128, 1500)
+    reference, stopped = solve(problem).contact_mask, eager.answer(problem, loose)
+    own = stopped.expected_error.largest
+    np.testing.assert_array_equal(eager.predict(problem, own * 1.01).contact_mask, stopped.contact_mask)
+    further = eager.predict(problem, own * 0.99)
+    assert further.method == "solver"
+    assert further.expected_error.largest <= own * 0.99
+    assert compare(reference, further.contact_mask).dice > compare(reference, stopped.contact_mask).dice
+
+
+@pytest.mark.parametrize(
+    "shape", [{"hurst": 0.8, "anisotropy": 5.0}, {"hurst": 0.9, "shortest_wavelength": 8.0}, {"hurst": 0.4}]
+)
+def test_what_is_served_is_as_wrong_as_it_says(surrogate: Surrogate, shape: dict[str, float]) -> None:
+    """On smooth surfaces too, where a solve that stops early is far less accurate than on rough ones."""
+    errors, expected, bounds = [], [], []
+    for seed in range(8):
+        heights = spectral_surface((128, 128), (1.0, 1.0), rms_height=1.0, seed=UNSEEN_SEED + seed, **shape)  # type: ignore[arg-type]
+        problem = ContactProblem(heights * 1e-6, (1e-5, 1e-5), 1.0, 1e9)
+        problem = replace(problem, load=0.03 * problem.effective_modulus * problem.nominal_area * problem.rms_slope)
+        prediction = surrogate.predict(problem)
+        errors.append(1 - compare(solve(problem).contact_mask, prediction.contact_mask).dice)
+        expected.append(prediction.expected_error.dice)
+        bounds.append(prediction.expected_error.dice_bound)
+    assert np.mean(errors) < 0.01
+    assert np.mean(errors) < 2 * np.mean(expected)
+    assert np.mean(np.array(errors) <= bounds) > 0.7
 
 
 def test_the_error_expected_of_a_solve_that_stops_early_is_of_the_size_of_its_error(surrogate: Surrogate) -> None:
