@@ -57,12 +57,41 @@ class UploadTooLargeError(UploadError):
     http_status = 413
 
 
-class NotPngError(UploadError):
-    """A file that does not begin as a PNG file does."""
+class UnknownFormatError(UploadError):
+    """A file of no format that is read."""
 
-    code = "not-a-png"
-    title = "The file is not a PNG"
+    code = "unknown-format"
+    title = "The file has no format that is read"
     http_status = 415
+
+
+class DamagedFileError(UploadError):
+    """A file whose contents contradict its format."""
+
+    code = "damaged-file"
+    title = "The file is damaged"
+
+
+class NotAHeightMapError(UploadError):
+    """A file that holds something else than heights on a grid of rows and columns."""
+
+    code = "not-a-height-map"
+    title = "The file holds no height map"
+
+
+class MissingHeightsError(UploadError):
+    """A height map most of whose pixels were not measured."""
+
+    code = "missing-heights"
+    title = "Too many pixels have no height"
+
+
+class DecodingLimitError(UploadError):
+    """A file that takes more time or memory to decode than an upload may."""
+
+    code = "decoding-limit"
+    title = "The file takes too much to decode"
+    http_status = 413
 
 
 class TruncatedPngError(UploadError):
@@ -108,7 +137,7 @@ class LowBitDepthError(UploadError):
 
 
 class ImageTooLargeError(UploadError):
-    """A PNG file that announces more pixels than a contact problem may have."""
+    """A file that announces more pixels than a contact problem may have."""
 
     code = "image-too-large"
     title = "The height map has too many pixels"
@@ -116,7 +145,7 @@ class ImageTooLargeError(UploadError):
 
 
 class ConstantHeightsError(UploadError):
-    """A PNG file whose pixels are all the same."""
+    """A file whose pixels are all the same."""
 
     code = "constant-heights"
     title = "The height map is constant"

@@ -3,19 +3,36 @@
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Self, cast
 
-from pydantic import BaseModel, Field, FiniteFloat, ValidationError, ValidationInfo, field_validator
+from pydantic import (
+    BaseModel,
+    Field,
+    FiniteFloat,
+    PlainValidator,
+    ValidationError,
+    ValidationInfo,
+    WithJsonSchema,
+    field_validator,
+)
 from pydantic_core import PydanticCustomError
 
 from app.errors import FieldError, InvalidFormError
-from app.uploads import HeightMap
+from app.preparation import Crop, Detrend
 from model.methods import Accuracy, target_of
-from solver.problem import Boundary, ContactProblem, effective_modulus
+from solver.problem import Boundary
 
 PositiveFinite = Annotated[FiniteFloat, Field(gt=0)]
 YoungsModulus = Annotated[float, Field(gt=0)]
 PoissonsRatio = Annotated[FiniteFloat, Field(gt=-1, le=0.5)]
 
 BODIES = ("youngs_modulus_1_gpa", "poissons_ratio_1", "youngs_modulus_2_gpa", "poissons_ratio_2")
+
+
+def _crop(value: object) -> Crop:
+    """From four whole numbers, none negative and the last two positive."""
+    numbers = [int(part) for part in str(value).split(",")]
+    if len(numbers) != 4 or min(numbers) < 0 or min(numbers[2:]) == 0:
+        raise ValueError
+    return Crop(*numbers)
 
 
 class ProblemForm(BaseModel):
@@ -31,8 +48,24 @@ class ProblemForm(BaseModel):
     pixel_size_um: PositiveFinite | None = Field(
         None, description="distance between neighbouring pixels, in micrometres", validate_default=True
     )
-    height_range_um: PositiveFinite = Field(
-        description="height from black (code 0, lowest) to white (code 255 or 65535, highest), in micrometres"
+    height_range_um: PositiveFinite | None = Field(
+        None,
+        description="height from black (code 0, lowest) to white (code 255 or 65535, highest), in micrometres, of an image",
+    )
+    height_unit_um: PositiveFinite | None = Field(
+        None, description="height that a value of 1 stands for, in micrometres; for files of numbers that do not hold it"
+    )
+    height_range_2_um: PositiveFinite | None = Field(
+        None, description="height from black to white of the second surface, in micrometres, if it is an image"
+    )
+    crop: Annotated[Crop | None, PlainValidator(_crop), WithJsonSchema({"type": "string"})] = Field(
+        None, description="part of the map to press on: first row, first column, rows, columns, separated by commas"
+    )
+    detrend: Detrend = Field(
+        "none", description="trend to take from the heights: 'none', 'mean', 'plane', or 'curvature' (second degree)"
+    )
+    resample_um: PositiveFinite | None = Field(
+        None, description="pixel size to resample the map to, in micrometres; as measured if left out"
     )
     youngs_modulus_1_gpa: YoungsModulus | None = Field(
         None, description="Young's modulus of the first body, in GPa; 'inf' if rigid"
@@ -46,6 +79,9 @@ class ProblemForm(BaseModel):
         None,
         description="effective modulus E* of the two bodies together, in GPa",
         validate_default=True,
+    )
+    hardness_gpa: PositiveFinite | None = Field(
+        None, description="highest pressure that the softer body bears, in GPa; elastic if left out"
     )
     resistivity_ohm_m: PositiveFinite | None = Field(
         None, description="mean resistivity of the two bodies, in ohm m; without it no resistance is calculated"
@@ -63,7 +99,11 @@ class ProblemForm(BaseModel):
     @field_validator("effective_modulus_gpa")
     @classmethod
     def _one_material(cls, value: float | None, info: ValidationInfo) -> float | None:
-        _choose_one("effective_modulus_gpa", value, BODIES, info.data)
+        if not _choose_one("effective_modulus_gpa", value, BODIES, info.data):
+            every = ", ".join(BODIES)
+            raise PydanticCustomError(
+                "missing", f"effective_modulus_gpa is missing: give the {meaning('effective_modulus_gpa')}, or {every}."
+            )
         return value
 
     @classmethod
@@ -78,29 +118,10 @@ class ProblemForm(BaseModel):
         except ValidationError as error:
             raise InvalidFormError(field_errors(error.errors())) from error
 
-    def problem(self, height_map: HeightMap) -> ContactProblem:
-        """The contact problem in SI units: the one place where units are converted.
 
-        Raises:
-            InvalidProblemError: the map is too small, or both bodies are rigid.
-        """
-        dy_um, dx_um = _given(self.pixel_size_y_um, self.pixel_size_x_um) or 2 * _given(self.pixel_size_um)
-        return ContactProblem(
-            heights=height_map.heights(self.height_range_um * 1e-6),
-            pixel_size=(dy_um * 1e-6, dx_um * 1e-6),
-            load=self.load_n,
-            effective_modulus=self._effective_modulus(),
-            boundary=self.boundary,
-        )
-
-    def _effective_modulus(self) -> float:
-        """E* in Pa."""
-        if self.effective_modulus_gpa is not None:
-            return self.effective_modulus_gpa * 1e9
-        modulus_1, ratio_1, modulus_2, ratio_2 = _given(
-            self.youngs_modulus_1_gpa, self.poissons_ratio_1, self.youngs_modulus_2_gpa, self.poissons_ratio_2
-        )
-        return effective_modulus(modulus_1 * 1e9, ratio_1, modulus_2 * 1e9, ratio_2)
+def meaning(name: str) -> str:
+    """What a field of the form is, to complete the sentence "give the ..."."""
+    return str(ProblemForm.model_fields[name].description)
 
 
 def parse_accuracy(value: object) -> Accuracy:
@@ -117,24 +138,18 @@ def parse_accuracy(value: object) -> Accuracy:
     return accuracy
 
 
-def _given(*values: float | None) -> list[float]:
-    return [value for value in values if value is not None]
-
-
-def _choose_one(name: str, value: float | None, others: tuple[str, ...], given: Mapping[str, Any]) -> None:
-    """Refuse anything but either the one field or all of the others."""
+def _choose_one(name: str, value: float | None, others: tuple[str, ...], given: Mapping[str, Any]) -> bool:
+    """Refuse anything but either the one field, all of the others, or nothing; whether there is something."""
     if any(other not in given for other in others):
-        return  # one of them has its own error already
+        return True  # one of them has its own error already
     present = [other for other in others if given[other] is not None]
     every = ", ".join(others)
     if value is not None and present:
         raise PydanticCustomError("ambiguous", f"{name} and {', '.join(present)} are given; give one or the other.")
-    if value is None and not present:
-        meaning = ProblemForm.model_fields[name].description
-        raise PydanticCustomError("missing", f"{name} is missing: give the {meaning}, or {every}.")
-    if value is None and len(present) < len(others):
+    if value is None and 0 < len(present) < len(others):
         absent = ", ".join(other for other in others if given[other] is None)
         raise PydanticCustomError("missing", f"{absent} missing: {every} go together, or give {name} alone.")
+    return value is not None or bool(present)
 
 
 def field_errors(errors: Iterable[Mapping[str, Any]], form: type[BaseModel] = ProblemForm) -> list[FieldError]:
@@ -145,20 +160,20 @@ def field_errors(errors: Iterable[Mapping[str, Any]], form: type[BaseModel] = Pr
 def _field_error(error: Mapping[str, Any], form: type[BaseModel]) -> FieldError:
     field = str(error["loc"][-1])
     info = form.model_fields.get(field)
-    meaning = info.description if info else "value that the documentation at /docs asks for"
+    wanted = info.description if info else "value that the documentation at /docs asks for"
     value = error.get("input")
     match error["type"]:
         case "missing" if error["msg"] == "Field required":
-            return FieldError(field, "missing", f"{field} is missing: give the {meaning}.")
+            return FieldError(field, "missing", f"{field} is missing: give the {wanted}.")
         case "missing" | "ambiguous":
             return FieldError(field, error["type"], error["msg"])
         case "finite_number":
-            return FieldError(field, "not-finite", f"{field} is {value}; it must be a finite number: the {meaning}.")
+            return FieldError(field, "not-finite", f"{field} is {value}; it must be a finite number: the {wanted}.")
         case "greater_than" if error["ctx"]["gt"] == 0:
-            return FieldError(field, "not-positive", f"{field} is {value}; it must be positive: the {meaning}.")
+            return FieldError(field, "not-positive", f"{field} is {value}; it must be positive: the {wanted}.")
         case "greater_than" | "less_than_equal":
-            return FieldError(field, "out-of-range", f"{field} is {value}; it must lie in (-1, 0.5]: the {meaning}.")
+            return FieldError(field, "out-of-range", f"{field} is {value}; it must lie in (-1, 0.5]: the {wanted}.")
         case "float_parsing" | "float_type":
-            return FieldError(field, "not-a-number", f"{field} is {value!r}; it must be a number: the {meaning}.")
+            return FieldError(field, "not-a-number", f"{field} is {value!r}; it must be a number: the {wanted}.")
         case _:
-            return FieldError(field, "invalid", f"{field} is {value!r}; give the {meaning}.")
+            return FieldError(field, "invalid", f"{field} is {value!r}; give the {wanted}.")

@@ -1,12 +1,10 @@
-"""From an upload to the numbers of its contact: decode, validate once, predict, measure."""
+"""From a problem to the numbers of its contact: predict, measure."""
 
 from dataclasses import asdict, dataclass
 from time import perf_counter
 
-from app.forms import ProblemForm
+from app.reading import Reading
 from app.schemas import ExpectedError, Numbers
-from app.surface import read_surface, surface_warnings
-from app.uploads import decode_png
 from model import Surrogate
 from model.methods import Accuracy
 from solver import ContactProblem, boyer_resistance
@@ -49,31 +47,29 @@ class Predicted:
     numbers: Numbers
 
 
-def predict(data: bytes, form: ProblemForm, accuracy: Accuracy, surrogate: Surrogate, stopwatch: Stopwatch) -> Predicted:
-    """Predict the contact of an uploaded height map.
+def predict(
+    reading: Reading, resistivity: float | None, accuracy: Accuracy, surrogate: Surrogate, stopwatch: Stopwatch
+) -> Predicted:
+    """Predict the contact of a problem that was read.
 
     Args:
-        data: a PNG file.
-        form: load, units and material.
+        reading: of the uploaded height map.
+        resistivity: mean of the two bodies, in ohm m; None if no resistance is asked for.
         accuracy: asked for.
         surrogate: the network, loaded.
-        stopwatch: gets the stages decode, those of the surrogate, and measure.
+        stopwatch: gets the stages of the surrogate, and measure.
 
     Raises:
-        UploadError, InvalidProblemError: the message says what to change.
+        NotConvergedError: the solver was needed and did not converge.
     """
-    height_map = decode_png(data)
-    problem = form.problem(height_map)
-    surface, warnings = read_surface(height_map, problem), surface_warnings(height_map, problem)
-    stopwatch.lap("decode")
-
+    problem, warnings = reading.problem, list(reading.warnings)
     prediction = surrogate.predict(problem, accuracy)
     stopwatch.laps(prediction.timings_ms)
 
     mask = prediction.contact_mask
     resistance = None
-    if form.resistivity_ohm_m is not None:
-        resistance = boyer_resistance(mask, problem.pixel_size, form.resistivity_ohm_m)
+    if resistivity is not None:
+        resistance = boyer_resistance(mask, problem.pixel_size, resistivity)
     if not prediction.in_distribution:
         warnings.append(OUT_OF_DISTRIBUTION.format(reasons="; ".join(prediction.outside)))
     stopwatch.lap("measure")
@@ -86,7 +82,7 @@ def predict(data: bytes, form: ProblemForm, accuracy: Accuracy, surrogate: Surro
         contact_resistance_ohm=resistance,
         expected_error=ExpectedError(**asdict(prediction.expected_error)),
         in_distribution=prediction.in_distribution,
-        surface=surface,
+        surface=reading.surface,
         warnings=warnings,
         timings_ms=stopwatch.timings_ms,
     )

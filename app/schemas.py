@@ -6,6 +6,7 @@ from fastapi import UploadFile
 from pydantic import BaseModel, Field, PlainValidator, WithJsonSchema
 
 from app.forms import ProblemForm, parse_accuracy
+from app.reading import Files
 from app.surface import Surface
 from model.errors import AccuracyError
 from model.methods import Accuracy
@@ -21,7 +22,10 @@ def _accuracy(value: object) -> Accuracy:
 class PredictionForm(ProblemForm):
     """A contact problem with its height map, as multipart form."""
 
-    surface: UploadFile = Field(description="height map as an 8- or 16-bit grey PNG file; black is lowest, white highest")
+    surface: UploadFile = Field(description="height map: grey PNG or TIFF (black lowest), NPY, CSV, or an instrument's file")
+    surface_2: UploadFile | None = Field(
+        None, description="height map of the surface that it touches, of as many pixels; a flat if left out"
+    )
     accuracy: Annotated[Accuracy, PlainValidator(_accuracy), WithJsonSchema({"type": "string"})] = Field(
         "balanced",
         description="accuracy: 'fast', 'balanced', 'exact', or the mean error that is allowed of 1 - Dice, contact area and "
@@ -29,6 +33,10 @@ class PredictionForm(ProblemForm):
     )
     verify: bool = Field(True, description="true or false: whether the reference solver checks the prediction")
     inline_mask: bool = Field(False, description="true or false: whether the answer holds the mask itself")
+
+    async def files(self) -> Files:
+        """The uploaded files."""
+        return Files(await self.surface.read(), await self.surface_2.read() if self.surface_2 else None)
 
 
 class ExpectedError(BaseModel):

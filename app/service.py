@@ -6,6 +6,8 @@ from dataclasses import asdict
 from anyio import CapacityLimiter, to_thread
 
 from app.prediction import Stopwatch, predict
+from app.reading import Files, read_problem
+from app.sandbox import Sandbox
 from app.schemas import (
     JobAnswer,
     PredictionAnswer,
@@ -34,6 +36,7 @@ class Service:
         self.settings = settings
         self.store = ResultStore(settings.state_path / "results", settings.retention_s)
         self._limiter = CapacityLimiter(PREDICTIONS_AT_ONCE)
+        self._sandbox = Sandbox()
         self._surrogate: Surrogate | WeightsError
         try:
             self._surrogate = Surrogate.load()
@@ -60,17 +63,19 @@ class Service:
         _ = self.surrogate
         self._queue()
 
-    async def predict(self, data: bytes, form: PredictionForm) -> PredictionAnswer:
+    async def predict(self, files: Files, form: PredictionForm) -> PredictionAnswer:
         """Predict, store, and queue the verification, away from the event loop.
 
         Raises:
             AsperityError: bad input, or no queue for a verification.
         """
-        return await to_thread.run_sync(self._predict, data, form, limiter=self._limiter)
+        return await to_thread.run_sync(self._predict, files, form, limiter=self._limiter)
 
-    def _predict(self, data: bytes, form: PredictionForm) -> PredictionAnswer:
+    def _predict(self, files: Files, form: PredictionForm) -> PredictionAnswer:
         stopwatch = Stopwatch()
-        predicted = predict(data, form, form.accuracy, self.surrogate, stopwatch)
+        reading = read_problem(files, form, self._sandbox.decode)
+        stopwatch.lap("decode")
+        predicted = predict(reading, form.resistivity_ohm_m, form.accuracy, self.surrogate, stopwatch)
         prediction_id = new_id()
         mask = mask_png(predicted.mask)
         stopwatch.lap("encode")

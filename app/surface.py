@@ -3,7 +3,9 @@
 import numpy as np
 from pydantic import BaseModel, Field
 
-from app.uploads import HeightMap
+from app.contact_problem import SAME, differ, given_pixel_size
+from app.forms import ProblemForm
+from app.height_map import HeightMap
 from solver.problem import ContactProblem
 
 FEW_LEVELS = 256
@@ -20,7 +22,9 @@ class Surface(BaseModel):
     columns: int
     pixel_size_x_um: float = Field(description="distance between neighbouring columns")
     pixel_size_y_um: float = Field(description="distance between neighbouring rows")
-    bit_depth: int
+    file_format: str
+    bit_depth: int | None = Field(description="of a grey image; null for a file of numbers")
+    missing_pixels: int = Field(description="pixels without a height, which were given that of the nearest one with")
     height_range_um: float = Field(description="from the lowest to the highest pixel of this map")
     rms_height_um: float = Field(description="about the mean height")
     rms_slope: float = Field(description="root mean square gradient, dimensionless")
@@ -35,45 +39,77 @@ def read_surface(height_map: HeightMap, problem: ContactProblem) -> Surface:
         columns=columns,
         pixel_size_x_um=dx * 1e6,
         pixel_size_y_um=dy * 1e6,
+        file_format=height_map.file_format,
         bit_depth=height_map.bit_depth,
+        missing_pixels=height_map.missing,
         height_range_um=float(np.ptp(problem.heights)) * 1e6,
         rms_height_um=problem.rms_height * 1e6,
         rms_slope=problem.rms_slope,
     )
 
 
-def surface_warnings(height_map: HeightMap, problem: ContactProblem) -> list[str]:
+def surface_warnings(height_map: HeightMap, form: ProblemForm, problem: ContactProblem) -> list[str]:
     """What looks wrong with a height map, each as one sentence with the cure."""
-    counts = np.bincount(height_map.codes.ravel(), minlength=height_map.highest_code + 1)
-    shares = counts / height_map.codes.size
-    levels = int(np.count_nonzero(counts))
-    tilt = _tilted_share(problem)
-    lowest_slope, highest_slope = USUAL_RMS_SLOPES
-    found = []
-    if height_map.bit_depth == 8:
+    found = _grey_levels(height_map) + _other_units(height_map, form)
+    if missing := height_map.missing:
         found.append(
-            "The PNG has 8 bits: heights are quantised to 1/255 of the height range; a 16-bit PNG keeps fine roughness."
+            f"{missing} pixels ({missing / height_map.values.size:.1%}) have no height; each was given that of the nearest "
+            "pixel with one."
         )
-    elif levels <= FEW_LEVELS:
-        found.append(f"The 16-bit PNG has only {levels} distinct heights; it may have been made from 8 bits.")
-    for share, name in ((shares[0], "lowest"), (shares[-1], "highest")):
-        if share > CLIPPED_SHARE:
-            found.append(f"{share:.1%} of the pixels are at the {name} level: heights beyond it may be clipped.")
+    tilt = _tilted_share(problem)
     if tilt > TILTED_SHARE:
         found.append(
             f"A tilt makes up {tilt:.0%} of the height variance, so contact gathers at one side; "
-            "level the map if the tilt is not real."
+            "level the map with detrend=plane if the tilt is not real."
         )
+    lowest_slope, highest_slope = USUAL_RMS_SLOPES
     if not lowest_slope <= problem.rms_slope <= highest_slope:
         found.append(
             f"The rms slope is {problem.rms_slope:.2g}, which engineering surfaces do not have; "
-            "check the units of pixel size and height range."
+            "check the units of pixel size and heights."
         )
     if problem.boundary == "periodic" and _cliff_at_seam(problem):
         found.append(
             "Opposite edges of the map do not match, so that repeating it makes cliffs; "
             "use the free boundary unless the map really repeats."
         )
+    return found
+
+
+def _grey_levels(height_map: HeightMap) -> list[str]:
+    """What is wrong with the grey levels of an image."""
+    if height_map.bit_depth is None:
+        return []
+    highest = 2**height_map.bit_depth - 1
+    counts = np.bincount(np.rint(height_map.values * highest).astype(np.intp).ravel(), minlength=highest + 1)
+    shares = counts / height_map.values.size
+    levels = int(np.count_nonzero(counts))
+    found = []
+    if height_map.bit_depth == 8:
+        found.append(
+            "The image has 8 bits: heights are quantised to 1/255 of the height range; a 16-bit image keeps fine roughness."
+        )
+    elif levels <= FEW_LEVELS:
+        found.append(f"The 16-bit image has only {levels} distinct heights; it may have been made from 8 bits.")
+    for share, name in ((shares[0], "lowest"), (shares[-1], "highest")):
+        if share > CLIPPED_SHARE:
+            found.append(f"{share:.1%} of the pixels are at the {name} level: heights beyond it may be clipped.")
+    return found
+
+
+def _other_units(height_map: HeightMap, form: ProblemForm) -> list[str]:
+    """Where the request contradicts the file; the request counts."""
+    found = []
+    given, held = given_pixel_size(form), height_map.pixel_size
+    if given and held and differ(given, held):
+        dy, dx = (size * 1e6 for size in held)
+        found.append(f"The file says that its pixels are {dx:.6g} x {dy:.6g} um; those of the request are used.")
+    if (
+        form.height_unit_um
+        and height_map.height_unit
+        and abs(form.height_unit_um * 1e-6 / height_map.height_unit - 1) > SAME
+    ):
+        found.append(f"The file says that its unit of height is {height_map.height_unit:g} m; that of the request is used.")
     return found
 
 

@@ -15,10 +15,11 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from app.uploads import decode_png
+from app.uploads import decode
 from benchmarks.cases import midpoint_problem
 from model import Surrogate, compare
 from model.dataset import Sample, Shard, add_shard, scaled_pressure
+from model.families import CODES
 from model.train import TrainConfig, train
 from model.weights import SHIPPED
 from solver import solve
@@ -37,7 +38,7 @@ def main() -> None:
     directory, name = Path(sys.argv[1]), sys.argv[2]
     epochs = int(sys.argv[3]) if len(sys.argv) > 3 else EPOCHS
     (entry,) = (one for one in json.loads((directory / "surfaces.json").read_text()) if one["name"] == name)
-    codes = decode_png((directory / entry["png"]).read_bytes()).codes
+    codes = np.rint(decode((directory / entry["png"]).read_bytes()).values * CODES).astype(np.uint16)
     border = int(LEFT * codes.shape[1])
     generator = np.random.default_rng(SEED)
     training = [_drawn(codes[:, :border], entry, 10 * i + i % 10, generator) for i in range(COUNT)]

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from app.uploads import decode_png
+from app.uploads import decode
 from benchmarks.service import post, service, wait_for_job
 from model import Surrogate, compare
 from solver import ContactProblem, solve
@@ -61,7 +61,7 @@ def main() -> None:
         for entry in json.loads((directory / "surfaces.json").read_text()):
             png = (directory / entry["png"]).read_bytes()
             pixel_size = entry["pixel_size_y_um"] * 1e-6, entry["pixel_size_x_um"] * 1e-6
-            heights = decode_png(png).heights(entry["height_range_um"] * 1e-6)
+            heights = decode(png).values * (entry["height_range_um"] * 1e-6)
             load = load_for_fraction(heights, pixel_size)
             answer = post(client, png, load_n=load, **_units(entry), **MATERIAL)
             job = wait_for_job(client, answer["verification"]["job_id"])

@@ -3,7 +3,6 @@
 import inspect
 import json
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 from typing import Annotated, Any, cast
@@ -13,7 +12,8 @@ import typer
 from tqdm import tqdm
 
 from app.forms import ProblemForm, parse_accuracy
-from app.uploads import decode_png
+from app.reading import Files, Reading, read_problem
+from app.uploads import decode
 from solver import ContactProblem, Solution, boyer_resistance, constriction_resistance
 from solver import solve as solve_contact
 from solver.contact_statistics import conductance_per_area, contact_statistics
@@ -22,7 +22,17 @@ from solver.stiffness import contact_stiffness
 from worker.masks import mask_png
 
 HeightMapFile = Annotated[
-    Path, typer.Argument(exists=True, dir_okay=False, metavar="FILE", help="8- or 16-bit grey PNG, white is highest.")
+    Path,
+    typer.Argument(
+        exists=True,
+        dir_okay=False,
+        metavar="FILE",
+        help="Grey PNG or TIFF, NPY, CSV, or an instrument's file.",
+    ),
+]
+SecondFile = Annotated[
+    Path | None,
+    typer.Option("--surface-2", exists=True, dir_okay=False, help="Height map of the other surface, if not a flat."),
 ]
 MaskFile = Annotated[Path | None, typer.Option("--mask", dir_okay=False, help="Write the mask here, as a 1-bit PNG.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
@@ -58,9 +68,16 @@ def parse_form(fields: dict[str, Any]) -> ProblemForm:
     return ProblemForm.parse({name: value for name, value in fields.items() if value is not None})
 
 
+def read_files(file: Path, surface_2: Path | None, form: ProblemForm) -> Reading:
+    """The problem of a command's files and options."""
+    files = Files(file.read_bytes(), surface_2.read_bytes() if surface_2 else None)
+    return read_problem(files, form, decode)
+
+
 @with_problem_options
 def predict(
     file: HeightMapFile,
+    surface_2: SecondFile = None,
     mask: MaskFile = None,
     as_json: AsJson = False,
     accuracy: Annotated[
@@ -80,7 +97,10 @@ def predict(
     from model import Surrogate
 
     form, surrogate = parse_form(fields), Surrogate.load()
-    predicted = predict_contact(file.read_bytes(), form, parse_accuracy(accuracy), surrogate, Stopwatch())
+    stopwatch = Stopwatch()
+    reading = read_files(file, surface_2, form)
+    stopwatch.lap("decode")
+    predicted = predict_contact(reading, form.resistivity_ohm_m, parse_accuracy(accuracy), surrogate, stopwatch)
     if attribution:
         from model.attribution import attribution as attribute
 
@@ -115,20 +135,16 @@ def predict(
 @with_problem_options
 def solve(
     file: HeightMapFile,
+    surface_2: SecondFile = None,
     mask: MaskFile = None,
     as_json: AsJson = False,
     tolerance: Annotated[float, typer.Option(help="Residual at which the solve ends, dimensionless.")] = 1e-6,
     method: Annotated[str, typer.Option(help="How displacements are evaluated: fft or multilevel (free boundary).")] = "fft",
-    hardness_gpa: Annotated[
-        float | None, typer.Option(help="Highest pressure that the softer body bears.", show_default="elastic")
-    ] = None,
     **fields: str | None,
 ) -> None:
     """Solve the contact of a height map numerically; exit code 1 if the solve does not converge."""
     form = parse_form(fields)
-    problem = form.problem(decode_png(file.read_bytes()))
-    if hardness_gpa is not None:
-        problem = replace(problem, hardness=hardness_gpa * 1e9)
+    problem = read_files(file, surface_2, form).problem
     started = perf_counter()
     with tqdm(desc="solve", unit=" iterations") as bar:
 

@@ -15,7 +15,7 @@ async def make_prediction(
     form: Annotated[PredictionForm, Form(media_type="multipart/form-data")], service: ServiceDependency
 ) -> PredictionAnswer:
     """Predict the contact of a height map, and have it verified by the reference solver unless told not to."""
-    return await service.predict(await form.surface.read(), form)
+    return await service.predict(await form.files(), form)
 
 
 @router.get("/{prediction_id}")

@@ -1,16 +1,11 @@
 """The fields of a contact problem: units, either-or choices, and a message of its own for every mistake."""
 
-import numpy as np
 import pytest
 
 from app.errors import InvalidFormError
 from app.forms import ProblemForm
-from app.uploads import HeightMap
-from solver import effective_modulus
-from tests.app.pngs import surface_codes
 
 GOOD = {"load_n": 20, "pixel_size_um": 2, "height_range_um": 50, "effective_modulus_gpa": 6.843}
-MAP = HeightMap(surface_codes(), 16)
 STEEL_ON_COPPER = {
     "youngs_modulus_1_gpa": 200,
     "poissons_ratio_1": 0.3,
@@ -23,36 +18,10 @@ def without(*names: str, **more: object) -> dict[str, object]:
     return {name: value for name, value in GOOD.items() if name not in names} | more
 
 
-def test_units_become_si() -> None:
-    problem = ProblemForm.parse(GOOD).problem(MAP)
-    assert problem.pixel_size == pytest.approx((2e-6, 2e-6))
-    assert np.ptp(problem.heights) == pytest.approx(50e-6)
-    assert problem.load == 20
-    assert problem.effective_modulus == pytest.approx(6.843e9)
-    assert problem.boundary == "free"
-
-
-def test_rows_are_y_and_columns_are_x() -> None:
-    form = ProblemForm.parse(without("pixel_size_um", pixel_size_x_um=1, pixel_size_y_um=3))
-    assert form.problem(MAP).pixel_size == pytest.approx((3e-6, 1e-6))
-
-
-def test_two_bodies_give_the_effective_modulus() -> None:
-    form = ProblemForm.parse(without("effective_modulus_gpa", **STEEL_ON_COPPER))
-    assert form.problem(MAP).effective_modulus == pytest.approx(effective_modulus(200e9, 0.3, 110e9, 0.34))
-
-
-def test_one_body_may_be_rigid() -> None:
-    form = ProblemForm.parse(without("effective_modulus_gpa", **STEEL_ON_COPPER | {"youngs_modulus_2_gpa": "inf"}))
-    assert form.problem(MAP).effective_modulus == pytest.approx(200e9 / (1 - 0.09))
-
-
 @pytest.mark.parametrize(
     ("values", "field", "code", "words"),
     [
         (without("load_n"), "load_n", "missing", "total normal force .* in N"),
-        (without("height_range_um"), "height_range_um", "missing", "black .* to white .* in micrometres"),
-        (without("pixel_size_um"), "pixel_size_um", "missing", "distance between neighbouring pixels, in micrometres"),
         (without("effective_modulus_gpa"), "effective_modulus_gpa", "missing", "in GPa, or youngs_modulus_1_gpa"),
         (without("pixel_size_um", pixel_size_x_um=1), "pixel_size_um", "missing", "pixel_size_y_um missing"),
         (GOOD | {"pixel_size_x_um": 1}, "pixel_size_um", "ambiguous", "one or the other"),
@@ -64,6 +33,10 @@ def test_one_body_may_be_rigid() -> None:
         (GOOD | {"pixel_size_um": "2 um"}, "pixel_size_um", "not-a-number", "'2 um'; it must be a number"),
         (GOOD | {"resistivity_ohm_m": -1}, "resistivity_ohm_m", "not-positive", "in ohm m"),
         (GOOD | {"boundary": "open"}, "boundary", "invalid", "'free' .* or 'periodic'"),
+        (GOOD | {"crop": "1,2,3"}, "crop", "invalid", "first row, first column, rows, columns"),
+        (GOOD | {"crop": "0,0,0,5"}, "crop", "invalid", "first row, first column, rows, columns"),
+        (GOOD | {"crop": "-1,0,5,5"}, "crop", "invalid", "first row, first column, rows, columns"),
+        (GOOD | {"detrend": "cubic"}, "detrend", "invalid", "'none', 'mean', 'plane', or 'curvature'"),
         (
             without("effective_modulus_gpa", **STEEL_ON_COPPER | {"poissons_ratio_1": 0.6}),
             "poissons_ratio_1",
@@ -89,7 +62,5 @@ def test_all_mistakes_are_told_at_once() -> None:
         ProblemForm.parse({"load_n": "much"})
     assert [error.field for error in caught.value.errors] == [
         "load_n",
-        "pixel_size_um",
-        "height_range_um",
         "effective_modulus_gpa",
     ]

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from app.contact_problem import contact_problem
 from app.forms import ProblemForm
+from app.height_map import HeightMap
 from app.surface import read_surface, surface_warnings
-from app.uploads import HeightMap
 from tests.app.pngs import surface_codes
 
 SIDE = 64
@@ -30,14 +31,16 @@ def form(**values: object) -> ProblemForm:
 
 
 def warnings(codes: NDArray[np.uint16], bit_depth: int = 16, **values: object) -> list[str]:
-    height_map = HeightMap(codes, bit_depth)
-    return surface_warnings(height_map, form(**values).problem(height_map))
+    height_map = HeightMap(codes / (2**bit_depth - 1), "PNG", bit_depth)
+    given = form(**values)
+    return surface_warnings(height_map, given, contact_problem(given, height_map))
 
 
 def test_what_was_read() -> None:
-    height_map = HeightMap(sixteen_bits(WAVES)[:, :48], 16)
-    surface = read_surface(height_map, form().problem(height_map))
-    assert (surface.rows, surface.columns, surface.bit_depth) == (64, 48, 16)
+    height_map = HeightMap(sixteen_bits(WAVES)[:, :48] / 65535, "PNG", 16)
+    surface = read_surface(height_map, contact_problem(form(), height_map))
+    assert (surface.rows, surface.columns, surface.file_format, surface.bit_depth) == (64, 48, "PNG", 16)
+    assert surface.missing_pixels == 0
     assert surface.height_range_um == pytest.approx(50, rel=1e-3)
     assert surface.rms_height_um == pytest.approx(50 * WAVES.std() / np.ptp(WAVES), rel=0.1)
 
@@ -67,3 +70,26 @@ def test_warnings(codes: NDArray[np.uint16], values: dict[str, object], words: s
 
 def test_eight_bits_are_told() -> None:
     assert "quantised" in warnings(sixteen_bits(WAVES) // 257, bit_depth=8)[0]
+
+
+def numbers() -> HeightMap:
+    values = WAVES * 1e-6
+    values[3, 4] = np.nan
+    return HeightMap(values, "X3P", height_unit=1.0, pixel_size=(1e-5, 1e-5))
+
+
+def test_missing_pixels_are_counted() -> None:
+    given = ProblemForm.parse({"load_n": 20, "effective_modulus_gpa": 7})
+    problem = contact_problem(given, numbers())
+    assert read_surface(numbers(), problem).missing_pixels == 1
+    (warning,) = surface_warnings(numbers(), given, problem)
+    assert warning.startswith("1 pixels")
+
+
+@pytest.mark.parametrize(
+    ("other", "words"), [({"pixel_size_um": 20}, "10 x 10 um"), ({"height_unit_um": 1e3}, "unit of height is 1 m")]
+)
+def test_units_that_contradict_the_file_are_told(other: dict[str, object], words: str) -> None:
+    given = ProblemForm.parse({"load_n": 20, "effective_modulus_gpa": 7} | other)
+    found = surface_warnings(numbers(), given, contact_problem(given, numbers()))
+    assert any(words in warning and "the request" in warning for warning in found)

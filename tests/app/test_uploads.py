@@ -1,90 +1,53 @@
-"""Decoding of uploads: every bit kept, every refusal its own."""
+"""Which format a file has is said by its contents."""
 
-import struct
-import zlib
+import io
 
 import numpy as np
 import pytest
 
-from app.errors import (
-    ColourPngError,
-    ConstantHeightsError,
-    DamagedPngError,
-    ImageTooLargeError,
-    LowBitDepthError,
-    NotPngError,
-    PalettePngError,
-    TransparentPngError,
-    TruncatedPngError,
-)
-from app.uploads import decode_png
-from tests.app.pngs import IEND, chunk, header, png, surface_codes, surface_png, with_chunk
+from app.errors import ConstantHeightsError, MissingHeightsError, UnknownFormatError
+from app.uploads import decode
+from tests.app.pngs import surface_codes, surface_png
 
-GREY = (np.arange(64 * 64, dtype=np.uint32) % 251).astype(np.uint8).reshape(64, 64)
+HEIGHTS = surface_codes().astype(np.float64)
 
 
-def test_sixteen_bits_survive() -> None:
-    codes = np.random.default_rng(0).permutation(65536).astype(np.uint16).reshape(128, 512)
-    height_map = decode_png(png(codes))
-    assert height_map.bit_depth == 16
-    np.testing.assert_array_equal(height_map.codes, codes)
-    assert np.unique(height_map.heights(1e-6)).size == 65536
+def npy(values: np.ndarray) -> bytes:
+    file = io.BytesIO()
+    np.save(file, values)
+    return file.getvalue()
 
 
-def test_heights_run_from_zero_to_the_range_in_rows_and_columns() -> None:
-    codes = np.array([[0, 32768, 65535], [7, 8, 9]], dtype=np.uint16)
-    heights = decode_png(png(codes)).heights(50e-6)
-    assert heights.shape == (2, 3)
-    assert heights[0, 0] == 0
-    assert heights[0, 2] == 50e-6
-    assert heights[1, 0] == pytest.approx(7 / 65535 * 50e-6)
-
-
-def test_eight_bits_span_the_same_range() -> None:
-    height_map = decode_png(png(np.array([[0, 51, 255]], dtype=np.uint8)))
-    assert height_map.bit_depth == 8
-    np.testing.assert_allclose(height_map.heights(1.0), [[0, 0.2, 1]])
-
-
-def test_gamma_is_ignored() -> None:
-    data = surface_png()
-    with_gamma = with_chunk(data, b"gAMA", struct.pack(">I", 45455))
-    np.testing.assert_array_equal(decode_png(with_gamma).codes, surface_codes())
-
-
-def flipped(data: bytes, at: int) -> bytes:
-    return data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :]
-
-
-PLAIN = surface_png()
-BOMB = header(60000, 60000) + chunk(b"IDAT", zlib.compress(bytes(10**6), 9)) + IEND
-TEXT_BOMB = with_chunk(PLAIN, b"zTXt", b"comment\x00\x00" + zlib.compress(bytes(10**8), 9))
+def csv(values: np.ndarray) -> bytes:
+    file = io.StringIO()
+    np.savetxt(file, values, delimiter=",")
+    return file.getvalue().encode()
 
 
 @pytest.mark.parametrize(
-    ("data", "error", "words"),
-    [
-        pytest.param(b"", NotPngError, "empty", id="empty"),
-        pytest.param(b"II*\x00 a tiff", NotPngError, "begins with", id="tiff"),
-        pytest.param(PLAIN[:20], TruncatedPngError, "within its header", id="cut-in-header"),
-        pytest.param(PLAIN[: len(PLAIN) // 2], TruncatedPngError, "ends before", id="cut-in-half"),
-        pytest.param(PLAIN[:-12], TruncatedPngError, "ends before", id="without-end"),
-        pytest.param(flipped(PLAIN, len(PLAIN) // 2), DamagedPngError, "damaged", id="bit-flipped"),
-        pytest.param(TEXT_BOMB, DamagedPngError, "damaged", id="text-bomb"),
-        pytest.param(header(8, 8) + chunk(b"IDAT", zlib.compress(bytes(20))) + IEND, DamagedPngError, "damaged", id="short"),
-        pytest.param(png(GREY, "RGB"), ColourPngError, "colour", id="colour"),
-        pytest.param(png(GREY, "RGBA"), TransparentPngError, "alpha", id="colour-alpha"),
-        pytest.param(png(GREY, "LA"), TransparentPngError, "alpha", id="grey-alpha"),
-        pytest.param(with_chunk(PLAIN, b"tRNS", b"\x00\x00"), TransparentPngError, "transparent", id="transparent-level"),
-        pytest.param(png(GREY, "P"), PalettePngError, "palette", id="palette"),
-        pytest.param(png(GREY, "1"), LowBitDepthError, "1 bits", id="one-bit"),
-        pytest.param(header(64, 64, bit_depth=2), LowBitDepthError, "2 bits", id="two-bit"),
-        pytest.param(header(64, 64, bit_depth=4), LowBitDepthError, "4 bits", id="four-bit"),
-        pytest.param(BOMB, ImageTooLargeError, "60000 x 60000", id="bomb"),
-        pytest.param(png(np.full((64, 64), 9, np.uint16)), ConstantHeightsError, "same grey level, 9", id="constant"),
-    ],
+    ("data", "name"), [(surface_png(), "PNG"), (npy(HEIGHTS), "NPY"), (csv(HEIGHTS), "table")], ids=["png", "npy", "csv"]
 )
-def test_refusals(data: bytes, error: type[Exception], words: str) -> None:
-    with pytest.raises(error, match=words) as caught:
-        decode_png(data)
-    assert type(caught.value) is error
+def test_every_format_holds_the_same_heights(data: bytes, name: str) -> None:
+    height_map = decode(data)
+    assert height_map.file_format == name
+    scale = 65535 if height_map.bit_depth else 1
+    np.testing.assert_allclose(height_map.values * scale, HEIGHTS, rtol=1e-12)
+
+
+@pytest.mark.parametrize("data", [b"", b"hello", b"\x00" * 4000, b"GIF89a", b"\xff\xd8\xff\xe0 a picture"])
+def test_what_is_no_height_map(data: bytes) -> None:
+    with pytest.raises(UnknownFormatError, match=r"Send PNG|empty"):
+        decode(data)
+
+
+def test_a_constant_map_is_refused() -> None:
+    with pytest.raises(ConstantHeightsError, match="7"):
+        decode(npy(np.full((40, 40), 7.0)))
+
+
+def test_a_map_with_few_heights_is_refused() -> None:
+    sparse = np.where(np.random.default_rng(0).random(HEIGHTS.shape) < 0.6, np.nan, HEIGHTS)
+    with pytest.raises(MissingHeightsError, match="pixels have no height"):
+        decode(npy(sparse))
+    sparse[:, :40] = HEIGHTS[:, :40]
+    assert 0 < decode(npy(sparse)).missing < sparse.size / 2
