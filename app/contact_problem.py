@@ -1,7 +1,9 @@
 """From height maps and the fields of a form to the contact problem in SI units: the one place where units are converted."""
 
+from collections.abc import Iterator, Mapping
+
 from app.errors import FieldError, InvalidFormError
-from app.forms import ProblemForm, meaning
+from app.forms import BodiesForm, meaning
 from app.height_map import LARGEST_SIDE, HeightMap
 from app.preparation import composite, cropped, detrended, filled, resampled
 from solver.problem import ContactProblem, FloatArray, effective_modulus
@@ -12,11 +14,12 @@ SAME = 1e-3
 Size = tuple[float, float]
 
 
-def contact_problem(form: ProblemForm, height_map: HeightMap, second: HeightMap | None = None) -> ContactProblem:
-    """Heights in m, prepared as the form says, under its load.
+def contact_problem(form: BodiesForm, load: float, height_map: HeightMap, second: HeightMap | None = None) -> ContactProblem:
+    """Heights in m, prepared as the form says, under a load.
 
     Args:
         form: what people gave besides files.
+        load: in N.
         height_map: of the rough surface.
         second: of the surface that it touches, seen from outside its body; a flat if left out.
 
@@ -24,7 +27,11 @@ def contact_problem(form: ProblemForm, height_map: HeightMap, second: HeightMap 
         InvalidFormError: a unit is missing that the file does not hold, or something does not fit the map.
         InvalidProblemError: the map is too small, or both bodies are rigid.
     """
-    pixel_size = _pixel_size(form, height_map)
+    maps = {"height_range_um": height_map} | ({} if second is None else {"height_range_2_um": second})
+    pixel_size = given_pixel_size(form) or height_map.pixel_size
+    faults = list(_unit_faults(form, maps, pixel_size))
+    if faults or pixel_size is None:
+        raise InvalidFormError(faults)
     heights = _heights(form, height_map, "height_range_um")
     if second is not None:
         other = _heights(form, second, "height_range_2_um")
@@ -37,7 +44,7 @@ def contact_problem(form: ProblemForm, height_map: HeightMap, second: HeightMap 
     return ContactProblem(
         heights=heights,
         pixel_size=pixel_size,
-        load=form.load_n,
+        load=load,
         effective_modulus=_effective_modulus(form),
         boundary=form.boundary,
         hardness=None if form.hardness_gpa is None else form.hardness_gpa * 1e9,
@@ -49,7 +56,7 @@ def differ(one: Size, other: Size) -> bool:
     return any(abs(a / b - 1) > SAME for a, b in zip(one, other, strict=True))
 
 
-def given_pixel_size(form: ProblemForm) -> Size | None:
+def given_pixel_size(form: BodiesForm) -> Size | None:
     """dy, dx in m, as the form has it."""
     if form.pixel_size_um is not None:
         return form.pixel_size_um * 1e-6, form.pixel_size_um * 1e-6
@@ -58,19 +65,7 @@ def given_pixel_size(form: ProblemForm) -> Size | None:
     return None
 
 
-def _pixel_size(form: ProblemForm, height_map: HeightMap) -> Size:
-    size = given_pixel_size(form) or height_map.pixel_size
-    if size is None:
-        raise _refusal(
-            "pixel_size_um",
-            "missing",
-            f"pixel_size_um is missing, and the {height_map.file_format} file does not hold it: give the "
-            f"{meaning('pixel_size_um')}, or pixel_size_x_um, pixel_size_y_um.",
-        )
-    return size
-
-
-def _heights(form: ProblemForm, height_map: HeightMap, range_field: str) -> FloatArray:
+def _heights(form: BodiesForm, height_map: HeightMap, range_field: str) -> FloatArray:
     """In m, cropped, without gaps."""
     values = height_map.values
     if form.crop is not None:
@@ -78,32 +73,38 @@ def _heights(form: ProblemForm, height_map: HeightMap, range_field: str) -> Floa
         if values.shape != (form.crop.rows, form.crop.columns):
             rows, columns = height_map.values.shape
             raise _refusal("crop", "out-of-range", f"crop reaches beyond the map of {rows} x {columns} pixels.")
-    heights: FloatArray = filled(values) * _height_unit(form, height_map, range_field)
+    heights: FloatArray = filled(values) * (_height_unit(form, height_map, range_field) or 1.0)
     return heights
 
 
-def _height_unit(form: ProblemForm, height_map: HeightMap, range_field: str) -> float:
-    """What a value of 1 means, in m."""
-    height_range, name = getattr(form, range_field), height_map.file_format
-    if height_map.bit_depth is not None:
-        if height_range is None:
-            raise _refusal(range_field, "missing", f"{range_field} is missing: give the {meaning(range_field)}.")
-        return float(height_range) * 1e-6
-    if height_range is not None:
-        raise _refusal(
-            range_field,
-            "not-for-this-file",
-            f"{range_field} is for grey images; the {name} file holds heights as numbers. Leave it out; height_unit_um says "
-            "what their unit is where the file does not.",
-        )
-    unit = height_map.height_unit if form.height_unit_um is None else form.height_unit_um * 1e-6
-    if unit is None:
-        raise _refusal(
-            "height_unit_um",
+def _height_unit(form: BodiesForm, height_map: HeightMap, range_field: str) -> float | None:
+    """What a value of 1 means, in m; None where neither request nor file says."""
+    given = getattr(form, range_field) if height_map.bit_depth is not None else form.height_unit_um
+    return height_map.height_unit if given is None else float(given) * 1e-6
+
+
+def _unit_faults(form: BodiesForm, maps: Mapping[str, HeightMap], pixel_size: Size | None) -> Iterator[FieldError]:
+    """Units that are missing, or that do not belong to the files; all of them at once."""
+    if pixel_size is None:
+        first = next(iter(maps.values())).file_format
+        yield FieldError(
+            "pixel_size_um",
             "missing",
-            f"height_unit_um is missing, and the {name} file does not hold it: give the {meaning('height_unit_um')}.",
+            f"pixel_size_um is missing, and the {first} file does not hold it: give the {meaning('pixel_size_um')}, or "
+            "pixel_size_x_um, pixel_size_y_um.",
         )
-    return unit
+    for range_field, height_map in maps.items():
+        image, name = height_map.bit_depth is not None, height_map.file_format
+        wanted = range_field if image else "height_unit_um"
+        if not image and getattr(form, range_field) is not None:
+            yield FieldError(
+                range_field,
+                "not-for-this-file",
+                f"{range_field} is for grey images; the {name} file holds heights as numbers. Leave it out; height_unit_um "
+                "says what their unit is where the file does not.",
+            )
+        elif _height_unit(form, height_map, range_field) is None:
+            yield FieldError(wanted, "missing", f"{wanted} is missing: give the {meaning(wanted)}.")
 
 
 def _check_second(heights: FloatArray, other: FloatArray, pixel_size: Size, second: HeightMap) -> None:
@@ -132,7 +133,7 @@ def _covering(shape: tuple[int, ...], pixel_size: Size, new: tuple[int, int]) ->
     return shape[0] * pixel_size[0] / new[0], shape[1] * pixel_size[1] / new[1]
 
 
-def _effective_modulus(form: ProblemForm) -> float:
+def _effective_modulus(form: BodiesForm) -> float:
     """E* in Pa."""
     if form.effective_modulus_gpa is not None:
         return form.effective_modulus_gpa * 1e9

@@ -35,10 +35,9 @@ def _crop(value: object) -> Crop:
     return Crop(*numbers)
 
 
-class ProblemForm(BaseModel):
-    """Load, units and material of a contact problem; every description completes the sentence "give the ..."."""
+class BodiesForm(BaseModel):
+    """Units and material of two bodies; every description completes the sentence "give the ..."."""
 
-    load_n: PositiveFinite = Field(description="total normal force on the whole map, in N")
     pixel_size_x_um: PositiveFinite | None = Field(
         None, description="distance between neighbouring columns, in micrometres, where pixels are not square"
     )
@@ -117,6 +116,12 @@ class ProblemForm(BaseModel):
             return cls.model_validate(values)
         except ValidationError as error:
             raise InvalidFormError(field_errors(error.errors())) from error
+
+
+class ProblemForm(BodiesForm):
+    """Two bodies and the load that presses them together."""
+
+    load_n: PositiveFinite = Field(description="total normal force on the whole map, in N")
 
 
 def meaning(name: str) -> str:

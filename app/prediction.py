@@ -4,16 +4,32 @@ from dataclasses import asdict, dataclass
 from time import perf_counter
 
 from app.reading import Reading
-from app.schemas import ExpectedError, Numbers
+from app.schemas import ExpectedError, Numbers, Output
+from app.statistics import resistances, roughness_parameters, solution_of, statistics
 from model import Surrogate
 from model.methods import Accuracy
-from solver import ContactProblem, boyer_resistance
-from solver.problem import BoolArray
+from model.prediction import Prediction
+from solver import boyer_resistance
 
 OUT_OF_DISTRIBUTION = (
     "The problem lies outside what the surrogate was trained on, so the expected error may be too small; verify it, or ask "
     "for the accuracy 'exact'. The reason: {reasons}."
 )
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is wanted of a prediction.
+
+    Attributes:
+        accuracy: see ``model.methods.target_of``.
+        resistivity: mean of the two bodies, in ohm m; None if no resistance is asked for.
+        outputs: what else.
+    """
+
+    accuracy: Accuracy = "balanced"
+    resistivity: float | None = None
+    outputs: tuple[Output, ...] = ()
 
 
 class Stopwatch:
@@ -40,50 +56,52 @@ class Stopwatch:
 
 @dataclass(frozen=True, eq=False)
 class Predicted:
-    """A problem and what the surrogate says of it."""
+    """What the surrogate says of a problem, and the numbers that were asked for."""
 
-    problem: ContactProblem
-    mask: BoolArray
+    prediction: Prediction
     numbers: Numbers
 
 
-def predict(
-    reading: Reading, resistivity: float | None, accuracy: Accuracy, surrogate: Surrogate, stopwatch: Stopwatch
-) -> Predicted:
+def predict(reading: Reading, wanted: Wanted, surrogate: Surrogate, stopwatch: Stopwatch) -> Predicted:
     """Predict the contact of a problem that was read.
 
     Args:
         reading: of the uploaded height map.
-        resistivity: mean of the two bodies, in ohm m; None if no resistance is asked for.
-        accuracy: asked for.
+        wanted: of the prediction.
         surrogate: the network, loaded.
         stopwatch: gets the stages of the surrogate, and measure.
 
     Raises:
         NotConvergedError: the solver was needed and did not converge.
+        InvalidHeightsError: the roughness of a map that has none was asked for.
     """
     problem, warnings = reading.problem, list(reading.warnings)
-    prediction = surrogate.predict(problem, accuracy)
+    prediction = surrogate.predict(problem, wanted.accuracy)
     stopwatch.laps(prediction.timings_ms)
 
-    mask = prediction.contact_mask
-    resistance = None
-    if resistivity is not None:
-        resistance = boyer_resistance(mask, problem.pixel_size, resistivity)
+    mask, resistivity = prediction.contact_mask, wanted.resistivity
+    solution = solution_of(problem, prediction.pressure) if {"statistics", "resistances"} & set(wanted.outputs) else None
     if not prediction.in_distribution:
         warnings.append(OUT_OF_DISTRIBUTION.format(reasons="; ".join(prediction.outside)))
+    measured = {
+        "contact_resistance_ohm": resistivity and boyer_resistance(mask, problem.pixel_size, resistivity),
+        "statistics": statistics(problem, solution) if solution and "statistics" in wanted.outputs else None,
+        "resistances": resistances(problem, solution, resistivity)
+        if solution and resistivity and "resistances" in wanted.outputs
+        else None,
+        "roughness": roughness_parameters(problem) if "roughness" in wanted.outputs else None,
+    }
     stopwatch.lap("measure")
-
     numbers = Numbers(
+        **measured,  # type: ignore[arg-type]
         method=prediction.method,
         model=surrogate.version,
         contact_area_mm2=float(mask.sum()) * problem.pixel_area * 1e6,
         contact_fraction=float(mask.mean()),
-        contact_resistance_ohm=resistance,
         expected_error=ExpectedError(**asdict(prediction.expected_error)),
         in_distribution=prediction.in_distribution,
         surface=reading.surface,
         warnings=warnings,
         timings_ms=stopwatch.timings_ms,
     )
-    return Predicted(problem, mask, numbers)
+    return Predicted(prediction, numbers)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from app.contact_problem import contact_problem
-from app.forms import ProblemForm
+from app.forms import BodiesForm
 from app.height_map import HeightMap
 from app.surface import Surface, read_surface, surface_warnings
 from solver import ContactProblem
@@ -34,13 +34,19 @@ class Reading:
     warnings: list[str]
 
 
-def read_problem(files: Files, form: ProblemForm, decode: Decoder) -> Reading:
+def read_problem(files: Files, form: BodiesForm, load: float, decode: Decoder) -> Reading:
     """Decode and validate.
+
+    Args:
+        files: as they came.
+        form: units and material.
+        load: in N.
+        decode: from bytes to a height map.
 
     Raises:
         UploadError, InvalidFormError, InvalidProblemError: the message says what to change.
     """
     height_map = decode(files.surface)
     second = decode(files.surface_2) if files.surface_2 else None
-    problem = contact_problem(form, height_map, second)
+    problem = contact_problem(form, load, height_map, second)
     return Reading(problem, read_surface(height_map, problem), surface_warnings(height_map, form, problem))

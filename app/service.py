@@ -5,11 +5,14 @@ from dataclasses import asdict
 
 from anyio import CapacityLimiter, to_thread
 
-from app.prediction import Stopwatch, predict
+from app.fields import UNITS, Field, FieldName, bundle, from_npy, npy, picture
+from app.prediction import Stopwatch, Wanted, predict
 from app.reading import Files, read_problem
 from app.sandbox import Sandbox
 from app.schemas import (
+    FieldLink,
     JobAnswer,
+    Output,
     PredictionAnswer,
     PredictionForm,
     VerificationLink,
@@ -17,9 +20,11 @@ from app.schemas import (
 from app.settings import Settings
 from model import Surrogate
 from model.errors import WeightsError
+from model.prediction import Prediction
+from solver import ContactProblem
 from worker.connection import connect
 from worker.jobs import JobState, VerificationQueue
-from worker.masks import mask_png
+from worker.masks import mask_from_png, mask_png
 from worker.store import ResultStore, new_id
 
 PREDICTIONS_AT_ONCE = 2
@@ -73,25 +78,32 @@ class Service:
 
     def _predict(self, files: Files, form: PredictionForm) -> PredictionAnswer:
         stopwatch = Stopwatch()
-        reading = read_problem(files, form, self._sandbox.decode)
+        reading = read_problem(files, form, form.load_n, self._sandbox.decode)
         stopwatch.lap("decode")
-        predicted = predict(reading, form.resistivity_ohm_m, form.accuracy, self.surrogate, stopwatch)
-        prediction_id = new_id()
-        mask = mask_png(predicted.mask)
+        wanted = Wanted(form.accuracy, form.resistivity_ohm_m, form.outputs)
+        predicted = predict(reading, wanted, self.surrogate, stopwatch)
+        prediction_id, problem = new_id(), reading.problem
+        url = f"/v1/predictions/{prediction_id}"
+        mask = mask_png(predicted.prediction.contact_mask)
+        fields = _fields(problem, predicted.prediction, form.outputs)
+        files_of_fields = {f"{name}.npy": npy(values) for name, values in fields.items()}
         stopwatch.lap("encode")
         verification = None
         if form.verify:
-            job_id = self._queue().enqueue(predicted.problem, predicted.mask, form.resistivity_ohm_m)
+            job_id = self._queue().enqueue(problem, predicted.prediction.contact_mask, form.resistivity_ohm_m)
             verification = VerificationLink(job_id=job_id, url=f"/v1/jobs/{job_id}")
             stopwatch.lap("queue")
         answer = PredictionAnswer(
             **dict(predicted.numbers) | {"timings_ms": stopwatch.timings_ms},
             id=prediction_id,
-            mask_url=f"/v1/predictions/{prediction_id}/mask.png",
+            mask_url=f"{url}/mask.png",
             mask=b64encode(mask).decode() if form.inline_mask else None,
+            fields={name: _link(url, name, values) for name, values in fields.items()},
+            bundle_url=f"{url}/bundle.nc",
             verification=verification,
         )
-        self.store.put(prediction_id, {"prediction.json": answer.model_dump_json().encode(), "mask.png": mask})
+        stored = {"prediction.json": answer.model_dump_json().encode(), "mask.png": mask} | files_of_fields
+        self.store.put(prediction_id, stored)
         return answer
 
     def prediction(self, prediction_id: str) -> PredictionAnswer:
@@ -109,6 +121,35 @@ class Service:
             ResultNotFoundError: there is none of that id.
         """
         return self.store.get(prediction_id, "mask.png")
+
+    def field_npy(self, prediction_id: str, name: FieldName) -> bytes:
+        """A field of a stored prediction, an NPY file.
+
+        Raises:
+            ResultNotFoundError: there is none of that id, or the field was not asked for.
+        """
+        return self.store.get(prediction_id, f"{name}.npy")
+
+    def field_png(self, prediction_id: str, name: FieldName) -> bytes:
+        """The same as a 16-bit PNG file.
+
+        Raises:
+            ResultNotFoundError: there is none of that id, or the field was not asked for.
+        """
+        return picture(from_npy(self.field_npy(prediction_id, name)))
+
+    def bundle(self, prediction_id: str) -> bytes:
+        """The mask and all stored fields of a prediction, a netCDF file.
+
+        Raises:
+            ResultNotFoundError: there is none of that id.
+        """
+        answer = self.prediction(prediction_id)
+        fields: dict[str, Field] = {"contact_mask": mask_from_png(self.mask(prediction_id))}
+        fields |= {name: from_npy(self.field_npy(prediction_id, name)) for name in answer.fields}
+        surface = answer.surface
+        about = {"title": "Contact predicted by Asperity", "prediction": answer.id, "model": answer.model}
+        return bundle(fields, (surface.pixel_size_y_um * 1e-6, surface.pixel_size_x_um * 1e-6), about)
 
     def job(self, job_id: str) -> JobAnswer:
         """Where a verification stands.
@@ -144,3 +185,23 @@ def _job_answer(state: JobState) -> JobAnswer:
     reference = fields.pop("reference")
     result = reference and reference | {"mask_url": f"/v1/jobs/{state.id}/mask.png"}
     return JobAnswer.model_validate(fields | {"result": result})
+
+
+def _fields(problem: ContactProblem, prediction: Prediction, outputs: tuple[Output, ...]) -> dict[FieldName, Field]:
+    """The fields that were asked for."""
+    known: dict[FieldName, Field] = {
+        "heights": problem.heights,
+        "pressure": prediction.pressure,
+        "probability": prediction.probability,
+    }
+    return {name: values for name, values in known.items() if name in outputs}
+
+
+def _link(url: str, name: FieldName, values: Field) -> FieldLink:
+    return FieldLink(
+        unit=UNITS[name],
+        lowest=float(values.min()),
+        highest=float(values.max()),
+        npy_url=f"{url}/{name}.npy",
+        png_url=f"{url}/{name}.png",
+    )

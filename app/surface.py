@@ -4,7 +4,7 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from app.contact_problem import SAME, differ, given_pixel_size
-from app.forms import ProblemForm
+from app.forms import BodiesForm
 from app.height_map import HeightMap
 from solver.problem import ContactProblem
 
@@ -48,7 +48,7 @@ def read_surface(height_map: HeightMap, problem: ContactProblem) -> Surface:
     )
 
 
-def surface_warnings(height_map: HeightMap, form: ProblemForm, problem: ContactProblem) -> list[str]:
+def surface_warnings(height_map: HeightMap, form: BodiesForm, problem: ContactProblem) -> list[str]:
     """What looks wrong with a height map, each as one sentence with the cure."""
     found = _grey_levels(height_map) + _other_units(height_map, form)
     if missing := height_map.missing:
@@ -97,7 +97,7 @@ def _grey_levels(height_map: HeightMap) -> list[str]:
     return found
 
 
-def _other_units(height_map: HeightMap, form: ProblemForm) -> list[str]:
+def _other_units(height_map: HeightMap, form: BodiesForm) -> list[str]:
     """Where the request contradicts the file; the request counts."""
     found = []
     given, held = given_pixel_size(form), height_map.pixel_size

@@ -13,12 +13,11 @@ from tqdm import tqdm
 
 from app.forms import ProblemForm, parse_accuracy
 from app.reading import Files, Reading, read_problem
+from app.statistics import resistances, statistics
 from app.uploads import decode
-from solver import ContactProblem, Solution, boyer_resistance, constriction_resistance
+from solver import ContactProblem, Solution, boyer_resistance
 from solver import solve as solve_contact
-from solver.contact_statistics import conductance_per_area, contact_statistics
 from solver.operators import Method
-from solver.stiffness import contact_stiffness
 from worker.masks import mask_png
 
 HeightMapFile = Annotated[
@@ -71,7 +70,7 @@ def parse_form(fields: dict[str, Any]) -> ProblemForm:
 def read_files(file: Path, surface_2: Path | None, form: ProblemForm) -> Reading:
     """The problem of a command's files and options."""
     files = Files(file.read_bytes(), surface_2.read_bytes() if surface_2 else None)
-    return read_problem(files, form, decode)
+    return read_problem(files, form, form.load_n, decode)
 
 
 @with_problem_options
@@ -92,7 +91,7 @@ def predict(
     **fields: str | None,
 ) -> None:
     """Predict where a height map touches a flat under a load: mask, contact area, contact resistance."""
-    from app.prediction import Stopwatch
+    from app.prediction import Stopwatch, Wanted
     from app.prediction import predict as predict_contact
     from model import Surrogate
 
@@ -100,14 +99,15 @@ def predict(
     stopwatch = Stopwatch()
     reading = read_files(file, surface_2, form)
     stopwatch.lap("decode")
-    predicted = predict_contact(reading, form.resistivity_ohm_m, parse_accuracy(accuracy), surrogate, stopwatch)
+    wanted = Wanted(parse_accuracy(accuracy), form.resistivity_ohm_m)
+    predicted = predict_contact(reading, wanted, surrogate, stopwatch)
     if attribution:
         from model.attribution import attribution as attribute
 
-        np.save(attribution, attribute(surrogate, predicted.problem))
+        np.save(attribution, attribute(surrogate, reading.problem))
     numbers = predicted.numbers
     if mask:
-        mask.write_bytes(mask_png(predicted.mask))
+        mask.write_bytes(mask_png(predicted.prediction.contact_mask))
     if as_json:
         typer.echo(numbers.model_dump_json(indent=2))
         return
@@ -172,25 +172,13 @@ def solve(
 
 
 def contact_numbers(problem: ContactProblem, solution: Solution, resistivity: float | None) -> dict[str, Any]:
-    """What a solution says of the contact, units in the names; None for what is not defined or not asked for."""
-    mask, statistics = solution.contact_mask, contact_statistics(problem, solution)
-    resistance = None if resistivity is None else constriction_resistance(mask, problem.pixel_size, resistivity)
-    return {
-        "contact_area_mm2": statistics.pixel_area * 1e6,
-        "corrected_contact_area_mm2": statistics.corrected_area * 1e6,
-        "contact_fraction": solution.contact_fraction,
-        "contact_spots": len(statistics.spot_areas),
-        "largest_spot_mm2": float(statistics.spot_areas[0]) * 1e6,
-        "mean_contact_pressure_gpa": statistics.pressure.mean * 1e-9,
-        "highest_pressure_gpa": statistics.pressure.largest * 1e-9,
-        "mean_gap_um": statistics.mean_gap * 1e6,
-        "approach_um": solution.approach * 1e6,
-        "elastic_energy_j": statistics.elastic_energy,
-        "contact_stiffness_n_per_m": contact_stiffness(problem, solution) if problem.boundary == "free" else None,
-        "contact_resistance_ohm": None if resistivity is None else boyer_resistance(mask, problem.pixel_size, resistivity),
-        "constriction_resistance_ohm": resistance,
-        "conductance_s_per_m2": None if resistance is None else conductance_per_area(resistance, problem),
-    }
+    """What a solution says of the contact, units in the names; resistances if a resistivity is given."""
+    found = {"contact_area_mm2": solution.contact_fraction * problem.nominal_area * 1e6}
+    found |= {"contact_fraction": solution.contact_fraction} | statistics(problem, solution).model_dump()
+    if resistivity is None:
+        return found
+    resistance = boyer_resistance(solution.contact_mask, problem.pixel_size, resistivity)
+    return found | {"contact_resistance_ohm": resistance} | resistances(problem, solution, resistivity).model_dump()
 
 
 def print_table(rows: dict[str, str]) -> None:

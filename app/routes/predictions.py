@@ -4,8 +4,11 @@ from typing import Annotated
 
 from fastapi import APIRouter, Form, Response
 
+from app.fields import FieldName
 from app.routes.dependencies import ServiceDependency
 from app.schemas import PredictionAnswer, PredictionForm
+
+NPY, NETCDF = "application/x-npy", "application/x-netcdf"
 
 router = APIRouter(prefix="/v1/predictions", tags=["predictions"])
 
@@ -28,3 +31,21 @@ def read_prediction(prediction_id: str, service: ServiceDependency) -> Predictio
 def read_mask(prediction_id: str, service: ServiceDependency) -> Response:
     """The predicted mask: 1-bit PNG, white in contact, rows and columns as uploaded."""
     return Response(service.mask(prediction_id), media_type="image/png")
+
+
+@router.get("/{prediction_id}/{name}.npy", response_class=Response, responses={200: {"content": {NPY: {}}}})
+def read_field(prediction_id: str, name: FieldName, service: ServiceDependency) -> Response:
+    """A field that was asked for by outputs: a NumPy array, in SI units."""
+    return Response(service.field_npy(prediction_id, name), media_type=NPY)
+
+
+@router.get("/{prediction_id}/{name}.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
+def read_picture(prediction_id: str, name: FieldName, service: ServiceDependency) -> Response:
+    """The same as a 16-bit grey PNG; what black and white mean is in the prediction."""
+    return Response(service.field_png(prediction_id, name), media_type="image/png")
+
+
+@router.get("/{prediction_id}/bundle.nc", response_class=Response, responses={200: {"content": {NETCDF: {}}}})
+def read_bundle(prediction_id: str, service: ServiceDependency) -> Response:
+    """The mask and all fields that were asked for: a netCDF 3 file with a unit on every variable."""
+    return Response(service.bundle(prediction_id), media_type=NETCDF)

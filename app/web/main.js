@@ -4,15 +4,15 @@ import { predict, Problem } from "./api.js";
 import { showPrediction } from "./answer.js";
 import { clearErrors, contents, showErrors, units } from "./form.js";
 import { length } from "./format.js";
-import { decode, drawHeights, drawMasks, drawnWidth, loadMask, setOpacity, setShape } from "./picture.js";
+import { clearPicture, decode, drawHeights, drawMasks, drawnWidth, load, loadMask, setOpacity, setShape } from "./picture.js";
 import { readHeader } from "./png.js";
 import { follow, forget } from "./verification.js";
 
 const at = (id) => document.getElementById(id);
 const form = at("form");
 
-/** The map chosen and the masks known of it. */
-const shown = { header: null, levels: null, predicted: null, reference: null };
+/** The map chosen, what the service read of it, and the masks known of it. */
+const shown = { file: null, header: null, levels: null, read: null, predicted: null, reference: null };
 
 async function chooseFile() {
   const [file] = at("surface").files;
@@ -24,15 +24,18 @@ async function chooseFile() {
   at("legend").replaceChildren();
   at("drop").classList.add("filled");
   at("drop-title").textContent = file.name;
-  shown.levels = null;
-  shown.header = await readHeader(file);
+  Object.assign(shown, { file, header: await readHeader(file), levels: null, read: null, predicted: null, reference: null });
   const { header } = shown;
   at("surface-read").textContent = header
     ? `${header.rows} rows × ${header.columns} columns, ${header.bitDepth}-bit${header.grey ? " grey" : ", not grey"}`
-    : "not a PNG file";
-  if (!header) return;
+    : "not a PNG; drawn once it is read";
+  if (header) await draw(file);
+  else erase();
+}
+
+async function draw(picture) {
   try {
-    shown.levels = drawHeights(await decode(file));
+    shown.levels = drawHeights(await decode(picture));
     at("empty").hidden = true;
   } catch (error) {
     if (!(error instanceof DOMException)) throw error;
@@ -41,23 +44,49 @@ async function chooseFile() {
   describe();
 }
 
-/** Say what was read, with its physical size as far as the units are typed. */
-function describe() {
-  const { header } = shown;
-  if (!header) return;
+function erase() {
+  clearPicture();
+  at("caption").hidden = true;
+  at("empty").hidden = false;
+}
+
+/** The map as far as it is known: what the service read, else the header of the PNG and the units typed so far. */
+function known() {
+  const { header, read, levels } = shown;
+  if (read) {
+    return {
+      rows: read.rows,
+      columns: read.columns,
+      kind: read.file_format,
+      dy: read.pixel_size_y_um,
+      dx: read.pixel_size_x_um,
+      low: 0,
+      high: read.height_range_um,
+    };
+  }
+  if (!header) return null;
   const { dy, dx, range } = units();
+  const { lowest, highest } = levels ?? { lowest: 0, highest: 1 };
+  const { rows, columns } = header;
+  return { rows, columns, kind: `${header.bitDepth}-bit`, dy, dx, low: lowest * range, high: highest * range };
+}
+
+/** Say what was read, with its physical size as far as the units are known. */
+function describe() {
+  const map = known();
+  if (!map) return;
+  const { rows, columns, dy, dx, low, high } = map;
   const sized = dy > 0 && dx > 0;
-  const pixels = `${header.rows} rows × ${header.columns} columns`;
-  const size = sized ? `${length(header.columns * dx)} wide, ${length(header.rows * dy)} high` : "size: give the pixel size";
-  const levels = shown.levels ?? { lowest: 0, highest: 1 };
-  const heights = range > 0 ? `heights span ${length((levels.highest - levels.lowest) * range)}` : "heights: give the height range";
+  const scaled = high > low;
+  const size = sized ? `${length(columns * dx)} wide, ${length(rows * dy)} high` : "size: give the pixel size";
+  const heights = scaled ? `heights span ${length(high - low)}` : "heights: give the height range";
   const details = Object.assign(document.createElement("span"), { textContent: `${size}; ${heights}` });
-  at("read").replaceChildren(`${pixels}, ${header.bitDepth}-bit`, details);
-  at("ramp-low").textContent = range > 0 ? length(levels.lowest * range) : "low";
-  at("ramp-high").textContent = range > 0 ? length(levels.highest * range) : "high";
+  at("read").replaceChildren(`${rows} rows × ${columns} columns, ${map.kind}`, details);
+  at("ramp-low").textContent = scaled ? length(low) : "low";
+  at("ramp-high").textContent = scaled ? length(high) : "high";
   at("caption").hidden = false;
-  setShape(sized ? (header.columns * dx) / (header.rows * dy) : header.columns / header.rows);
-  drawBar(sized ? header.columns * dx : null);
+  setShape(sized ? (columns * dx) / (rows * dy) : columns / rows);
+  drawBar(sized ? columns * dx : null);
 }
 
 /** A scale bar of 1, 2 or 5 times a power of ten, about a quarter of the map. */
@@ -95,14 +124,23 @@ async function submit(event) {
   at("predict").ariaBusy = "true";
   at("predict").textContent = "Predicting…";
   try {
-    const prediction = await predict(contents());
-    shown.predicted = await loadMask(prediction.mask_url);
-    shown.reference = null;
+    const { file, header } = shown;
+    const form = contents();
+    if (!header) form.set("outputs", "heights");
+    const prediction = await predict(form);
+    const predicted = await loadMask(prediction.mask_url);
+    const picture = header ? null : await load(prediction.fields.heights.png_url);
+    if (shown.file !== file) return; // another was chosen meanwhile
+    Object.assign(shown, { predicted, reference: null });
+    if (picture) {
+      shown.read = prediction.surface;
+      await draw(picture);
+    }
     offerReference(false);
     showPrediction(prediction);
     at("controls").hidden = false;
     drawView();
-    drawBar(prediction.surface.columns * prediction.surface.pixel_size_x_um);
+    describe();
     if (at("picture").getBoundingClientRect().top > window.innerHeight / 2) at("picture").scrollIntoView({ behavior: "smooth" });
     if (prediction.verification) verify(prediction.verification.url);
   } catch (error) {

@@ -6,10 +6,14 @@ const overlay = document.getElementById("overlay");
 /** Decode a PNG without colour management. @returns {Promise<ImageBitmap>} */
 export const decode = (blob) => createImageBitmap(blob, { colorSpaceConversion: "none" });
 
+/** Load a file. @returns {Promise<Blob>} */
+export const load = async (url) => (await fetch(url)).blob();
+
 /** Load a mask. @returns {Promise<ImageBitmap>} */
-export async function loadMask(url) {
-  const response = await fetch(url);
-  return decode(await response.blob());
+export const loadMask = async (url) => decode(await load(url));
+
+export function clearPicture() {
+  for (const canvas of [heights, overlay]) canvas.hidden = true;
 }
 
 function pixels(bitmap) {

@@ -14,7 +14,7 @@ from typing import Any
 import httpx
 import pytest
 
-from tests.app.pngs import surface_png
+from tests.app.files import surface_png
 
 ASPERITY = Path(sys.executable).with_name("asperity")
 START_TIMEOUT_S = 60

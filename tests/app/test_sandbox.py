@@ -10,7 +10,7 @@ from app import sandbox
 from app.errors import DecodingLimitError, ImageTooLargeError, UnknownFormatError, UploadError
 from app.sandbox import Sandbox
 from app.uploads import decode
-from tests.app.pngs import surface_codes, surface_png
+from tests.app.files import surface_codes, surface_png
 
 
 def npy(values: np.ndarray) -> bytes:

@@ -10,7 +10,7 @@ from app.contact_problem import contact_problem
 from app.forms import ProblemForm
 from app.height_map import HeightMap
 from app.surface import read_surface, surface_warnings
-from tests.app.pngs import surface_codes
+from tests.app.files import surface_codes
 
 SIDE = 64
 Y, X = np.mgrid[:SIDE, :SIDE]
@@ -33,12 +33,12 @@ def form(**values: object) -> ProblemForm:
 def warnings(codes: NDArray[np.uint16], bit_depth: int = 16, **values: object) -> list[str]:
     height_map = HeightMap(codes / (2**bit_depth - 1), "PNG", bit_depth)
     given = form(**values)
-    return surface_warnings(height_map, given, contact_problem(given, height_map))
+    return surface_warnings(height_map, given, contact_problem(given, 20.0, height_map))
 
 
 def test_what_was_read() -> None:
     height_map = HeightMap(sixteen_bits(WAVES)[:, :48] / 65535, "PNG", 16)
-    surface = read_surface(height_map, contact_problem(form(), height_map))
+    surface = read_surface(height_map, contact_problem(form(), 20.0, height_map))
     assert (surface.rows, surface.columns, surface.file_format, surface.bit_depth) == (64, 48, "PNG", 16)
     assert surface.missing_pixels == 0
     assert surface.height_range_um == pytest.approx(50, rel=1e-3)
@@ -80,7 +80,7 @@ def numbers() -> HeightMap:
 
 def test_missing_pixels_are_counted() -> None:
     given = ProblemForm.parse({"load_n": 20, "effective_modulus_gpa": 7})
-    problem = contact_problem(given, numbers())
+    problem = contact_problem(given, 20.0, numbers())
     assert read_surface(numbers(), problem).missing_pixels == 1
     (warning,) = surface_warnings(numbers(), given, problem)
     assert warning.startswith("1 pixels")
@@ -91,5 +91,5 @@ def test_missing_pixels_are_counted() -> None:
 )
 def test_units_that_contradict_the_file_are_told(other: dict[str, object], words: str) -> None:
     given = ProblemForm.parse({"load_n": 20, "effective_modulus_gpa": 7} | other)
-    found = surface_warnings(numbers(), given, contact_problem(given, numbers()))
+    found = surface_warnings(numbers(), given, contact_problem(given, 20.0, numbers()))
     assert any(words in warning and "the request" in warning for warning in found)

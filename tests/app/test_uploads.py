@@ -7,7 +7,7 @@ import pytest
 
 from app.errors import ConstantHeightsError, MissingHeightsError, UnknownFormatError
 from app.uploads import decode
-from tests.app.pngs import surface_codes, surface_png
+from tests.app.files import surface_codes, surface_png
 
 HEIGHTS = surface_codes().astype(np.float64)
 

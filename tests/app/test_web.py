@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 from tests.app.conftest import UNITS
-from tests.app.pngs import png, surface_codes, surface_png
+from tests.app.files import ascii_grid, png, surface_codes, surface_png
 
 ARGUMENTS = [
     "--no-sandbox",
@@ -115,29 +115,51 @@ def test_pixels_that_are_not_square_keep_their_shape(page: Page, tmp_path: Path)
 
 
 def test_errors_stand_at_their_fields(page: Page, surface: Path) -> None:
-    fill(page, surface, load_n="-5", pixel_size_um="")
+    fill(page, surface, load_n="-5", effective_modulus_gpa="")
     page.get_by_role("button", name="Predict contact").click()
     expect(page.locator("#error-load_n")).to_have_text(re.compile("Total normal force is -5; it must be positive"))
-    expect(page.locator("#error-pixel_size_um")).to_contain_text("Pixel size is missing")
+    expect(page.locator("#error-effective_modulus_gpa")).to_contain_text("Effective modulus E* is missing")
     expect(page.locator("#load_n")).to_have_attribute("aria-invalid", "true")
-    expect(page.locator("#pixel_size_um")).to_be_focused()
-    expect(page.locator("#error-height_range_um")).to_be_empty()
+    expect(page.locator("#load_n")).to_be_focused()
+    expect(page.locator("#error-resistivity_ohm_m")).to_be_empty()
     expect(page.locator("#numbers")).to_be_hidden()
 
     page.fill("#load_n", "5")
+    page.fill("#effective_modulus_gpa", UNITS["effective_modulus_gpa"])
+    page.fill("#pixel_size_um", "")
+    page.fill("#height_range_um", "")
+    page.get_by_role("button", name="Predict contact").click()
+    expect(page.locator("#error-pixel_size_um")).to_contain_text("Pixel size is missing")
+    expect(page.locator("#error-height_range_um")).to_contain_text("Height range is missing")
+    expect(page.locator("#error-load_n")).to_be_empty()
+
     page.fill("#pixel_size_um", UNITS["pixel_size_um"])
+    page.fill("#height_range_um", UNITS["height_range_um"])
     page.get_by_role("button", name="Predict contact").click()
     expect(page.locator("#numbers")).to_be_visible()
     expect(page.locator("#error-load_n")).to_be_empty()
+
+
+def test_an_instrument_file_is_drawn_with_its_own_units(page: Page, tmp_path: Path) -> None:
+    file = tmp_path / "scan.asc"
+    file.write_bytes(ascii_grid(surface_codes()[:, :48] * 1e-9))
+    fill(page, file, pixel_size_um="", height_range_um="")
+    expect(page.locator("#surface-read")).to_contain_text("drawn once it is read")
+    page.get_by_role("button", name="Predict contact").click()
+    expect(page.locator("#numbers")).to_be_visible()
+    expect(page.locator("#read")).to_contain_text("64 rows × 48 columns, ASC")
+    expect(page.locator("#read")).to_contain_text("96 µm wide, 64 µm high; heights span 65.5 µm")
+    assert painted(page, "#heights") == 64 * 48
+    assert painted(page, "#overlay") > 0
 
 
 def test_a_file_that_is_no_height_map_is_told_at_the_file(page: Page, tmp_path: Path) -> None:
     text = tmp_path / "notes.png"
     text.write_text("not a picture")
     fill(page, text)
-    expect(page.locator("#surface-read")).to_have_text("not a PNG file")
+    expect(page.locator("#surface-read")).to_have_text("not a PNG; drawn once it is read")
     page.get_by_role("button", name="Predict contact").click()
-    expect(page.locator("#error-surface")).to_contain_text("not a PNG")
+    expect(page.locator("#error-surface")).to_contain_text("no format that is read")
 
 
 def test_two_bodies_in_place_of_the_effective_modulus(page: Page, surface: Path) -> None:

@@ -12,16 +12,10 @@ from SurfaceTopography import Topography
 from app.errors import UploadError
 from app.formats.instrument import read_instrument
 from app.uploads import decode
-from tests.app.pngs import surface_codes
+from tests.app.files import ascii_grid, surface_codes
 
 MEASURED = Path(__file__).parents[4] / "shared/data/measured"
 HEIGHTS = surface_codes()[:, :48] * 1e-9
-
-
-def ascii_grid(values: np.ndarray) -> bytes:
-    """As the AFM program Gwyddion exports a map."""
-    lines = ["# Channel: Height", "# Width: 96.0 µm", "# Height: 64.0 µm", "# Value units: m"]
-    return "\n".join(lines + ["\t".join(f"{value:.9e}" for value in row) for row in values]).encode()
 
 
 def test_units_come_from_the_file() -> None:

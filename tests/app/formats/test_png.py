@@ -18,7 +18,7 @@ from app.errors import (
 )
 from app.formats.png import read_png
 from app.uploads import decode
-from tests.app.pngs import IEND, chunk, header, png, surface_codes, surface_png, with_chunk
+from tests.app.files import IEND, chunk, header, png, surface_codes, surface_png, with_chunk
 
 GREY = (np.arange(64 * 64, dtype=np.uint32) % 251).astype(np.uint8).reshape(64, 64)
 

@@ -8,7 +8,7 @@ from PIL import Image
 
 from app.errors import DamagedFileError, NotAHeightMapError
 from app.formats.tiff import read_tiff
-from tests.app.pngs import surface_codes
+from tests.app.files import surface_codes
 
 CODES = surface_codes()
 

@@ -11,7 +11,7 @@ from app.main import create_app
 from app.settings import Settings
 from model import Surrogate
 from tests.app.conftest import UNITS
-from tests.app.pngs import surface_png
+from tests.app.files import surface_png
 
 
 @asynccontextmanager

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from model.metrics import compare
-from tests.app.pngs import surface_png
+from tests.app.files import surface_png
 
 Predict = Callable[..., httpx.Response]
 Finish = Callable[[str], dict[str, Any]]

@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PIL import Image
+from scipy.io import netcdf_file
 
 from model import compare
 from solver import boyer_resistance, effective_modulus
-from tests.app.pngs import header, png, surface_codes, surface_png
+from tests.app.conftest import UNITS
+from tests.app.files import ascii_grid, header, png, surface_codes, surface_png
 
 Predict = Callable[..., httpx.Response]
 
@@ -93,6 +95,71 @@ def test_the_mask_comes_inline_on_request(predict: Predict, client: httpx.Client
     assert predict().json()["mask"] is None
 
 
+def test_only_what_is_asked_for_is_computed(predict: Predict, client: httpx.Client) -> None:
+    plain = predict(resistivity_ohm_m="1e-7").json()
+    assert plain["statistics"] is plain["resistances"] is plain["roughness"] is None
+    assert plain["fields"] == {}
+    assert client.get(f"/v1/predictions/{plain['id']}/pressure.npy").status_code == 404
+    asked = predict(
+        resistivity_ohm_m="1e-7", outputs="statistics,resistances, roughness,pressure,heights,probability"
+    ).json()
+    assert asked["statistics"]["contact_spots"] >= 1
+    assert asked["resistances"]["boyer_ohm"] == pytest.approx(asked["contact_resistance_ohm"])
+    assert asked["roughness"]["rms_slope"] == pytest.approx(asked["surface"]["rms_slope"], rel=0.1)
+    assert set(asked["fields"]) == {"pressure", "heights", "probability"}
+
+
+def test_fields_come_as_numpy_picture_and_netcdf(
+    predict: Predict, client: httpx.Client, mask_of: Callable[..., NDArray[np.bool_]]
+) -> None:
+    response = predict(outputs="pressure,heights")
+    answer, mask = response.json(), mask_of(response)
+    pressure = np.load(io.BytesIO(client.get(answer["fields"]["pressure"]["npy_url"]).content))
+    np.testing.assert_array_equal(pressure > 0, mask)
+    assert pressure.sum() * (15.625e-6) ** 2 == pytest.approx(20)
+    link = answer["fields"]["heights"]
+    assert link["unit"] == "m"
+    codes = np.asarray(Image.open(io.BytesIO(client.get(link["png_url"]).content)))
+    heights = link["lowest"] + codes / 65535 * (link["highest"] - link["lowest"])
+    np.testing.assert_allclose(heights, surface_codes() / 65535 * 50e-6, atol=1e-9)
+    bundle = client.get(answer["bundle_url"])
+    with netcdf_file(io.BytesIO(bundle.content), mmap=False) as root:
+        np.testing.assert_array_equal(root.variables["contact_mask"][:], mask)
+        np.testing.assert_array_equal(root.variables["pressure"][:], pressure)
+        assert root.variables["pressure"].units == b"Pa"
+
+
+@pytest.mark.parametrize(
+    ("outputs", "words"), [("pressure,stress", "heights, pressure"), ("resistances", "mean resistivity of the two bodies")]
+)
+def test_outputs_that_cannot_be(predict: Predict, outputs: str, words: str) -> None:
+    response = predict(outputs=outputs)
+    assert response.status_code == 422
+    (error,) = response.json()["errors"]
+    assert error["field"] == "outputs"
+    assert words in error["detail"]
+
+
+def test_a_file_with_units_needs_none(predict: Predict) -> None:
+    data = ascii_grid(surface_codes()[:, :48] * 1e-9)
+    response = predict(data, pixel_size_um=None, height_range_um=None)
+    assert response.status_code == 200, response.text
+    surface = response.json()["surface"]
+    assert surface["file_format"] == "ASC"
+    assert (surface["pixel_size_x_um"], surface["pixel_size_y_um"]) == pytest.approx((2, 1))
+    assert surface["height_range_um"] == pytest.approx(np.ptp(surface_codes()[:, :48]) * 1e-3, rel=1e-3)
+
+
+def test_two_rough_surfaces(predict: Predict, client: httpx.Client) -> None:
+    """Half of the negative of a surface, turned over, leaves half of its roughness."""
+    second = png((65535 - surface_codes()[:, ::-1]) // 2)
+    files = {"surface": surface_png(), "surface_2": second}
+    data = UNITS | {"height_range_2_um": "50", "verify": "false"}
+    answer = client.post("/v1/predictions", data=data, files=files)
+    assert answer.status_code == 200, answer.text
+    assert answer.json()["surface"]["height_range_um"] == pytest.approx(25, rel=1e-3)
+
+
 def test_the_same_problem_in_other_units_has_the_same_mask(
     predict: Predict, mask_of: Callable[..., NDArray[np.bool_]]
 ) -> None:
@@ -134,9 +201,9 @@ def test_rows_and_columns_stay_as_uploaded(predict: Predict, mask_of: Callable[.
         (surface_png(), {"load_n": ""}, 422, "invalid-form", "load_n", "load_n is missing"),
         (surface_png(), {"verify": "perhaps"}, 422, "invalid-form", "verify", "true or false"),
         (surface_png()[:500], {}, 422, "truncated-png", "surface", "ends before"),
-        (b"GIF89a", {}, 415, "not-a-png", "surface", "grey PNG"),
+        (b"GIF89a", {}, 415, "unknown-format", "surface", "Send PNG, TIFF"),
         (header(9000, 9000), {}, 413, "image-too-large", "surface", "Crop"),
-        (png(np.full((64, 64), 7, np.uint8)), {}, 422, "constant-heights", "surface", "same grey level"),
+        (png(np.full((64, 64), 7, np.uint8)), {}, 422, "constant-heights", "surface", "same height"),
         (png(np.arange(6, dtype=np.uint8).reshape(2, 3)), {}, 422, "invalid-heights", "surface", "2 x 3 pixels"),
         (
             surface_png(),

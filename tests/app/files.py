@@ -1,4 +1,4 @@
-"""PNG files for tests, written by hand where Pillow would not."""
+"""Files for tests, written by hand where no package would."""
 
 import io
 import struct
@@ -29,6 +29,12 @@ def surface_codes(size: int = 64, seed: int = 1) -> NDArray[np.uint16]:
 def surface_png(size: int = 64, seed: int = 1) -> bytes:
     """A 16-bit PNG of a random midpoint surface."""
     return png(surface_codes(size, seed))
+
+
+def ascii_grid(heights: NDArray[np.float64]) -> bytes:
+    """A map of 96 x 64 um with heights in m, as the AFM program Gwyddion exports it."""
+    lines = ["# Channel: Height", "# Width: 96.0 µm", "# Height: 64.0 µm", "# Value units: m"]
+    return "\n".join(lines + ["\t".join(f"{value:.9e}" for value in row) for row in heights]).encode()
 
 
 def chunk(name: bytes, data: bytes) -> bytes:
