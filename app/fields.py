@@ -1,16 +1,14 @@
-"""Fields of an answer as files: NPY with every bit, PNG to look at, netCDF with a unit on everything."""
+"""Fields of an answer as files: PNG to look at, netCDF with a unit on everything."""
 
 import io
 from collections.abc import Mapping
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 from scipy.io import netcdf_file
 
-Field = NDArray[np.float64] | NDArray[np.float32] | NDArray[np.bool_]
-"""Shape (rows, columns)."""
+from worker.arrays import Field
 
 FieldName = Literal["heights", "pressure", "probability"]
 
@@ -24,19 +22,6 @@ MEANINGS: dict[str, str] = {
 }
 
 HIGHEST_CODE = 65535
-
-
-def npy(values: Field) -> bytes:
-    """As an NPY file."""
-    file = io.BytesIO()
-    np.save(file, values, allow_pickle=False)
-    return file.getvalue()
-
-
-def from_npy(data: bytes) -> Field:
-    """From an NPY file of ours."""
-    field: Field = np.load(io.BytesIO(data), allow_pickle=False)
-    return field
 
 
 def picture(values: Field) -> bytes:

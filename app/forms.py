@@ -1,6 +1,6 @@
 """The fields of a contact problem as people give them, with the unit in the name; shared by HTTP and command line."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any, Self, cast
 
 from pydantic import (
@@ -92,13 +92,13 @@ class BodiesForm(BaseModel):
     @field_validator("pixel_size_um")
     @classmethod
     def _one_pixel_size(cls, value: float | None, info: ValidationInfo) -> float | None:
-        _choose_one("pixel_size_um", value, ("pixel_size_x_um", "pixel_size_y_um"), info.data)
+        choose_one("pixel_size_um", value, ("pixel_size_x_um", "pixel_size_y_um"), info.data)
         return value
 
     @field_validator("effective_modulus_gpa")
     @classmethod
     def _one_material(cls, value: float | None, info: ValidationInfo) -> float | None:
-        if not _choose_one("effective_modulus_gpa", value, BODIES, info.data):
+        if not choose_one("effective_modulus_gpa", value, BODIES, info.data):
             every = ", ".join(BODIES)
             raise PydanticCustomError(
                 "missing", f"effective_modulus_gpa is missing: give the {meaning('effective_modulus_gpa')}, or {every}."
@@ -143,7 +143,7 @@ def parse_accuracy(value: object) -> Accuracy:
     return accuracy
 
 
-def _choose_one(name: str, value: float | None, others: tuple[str, ...], given: Mapping[str, Any]) -> bool:
+def choose_one(name: str, value: object, others: tuple[str, ...], given: Mapping[str, Any]) -> bool:
     """Refuse anything but either the one field, all of the others, or nothing; whether there is something."""
     if any(other not in given for other in others):
         return True  # one of them has its own error already
@@ -157,15 +157,15 @@ def _choose_one(name: str, value: float | None, others: tuple[str, ...], given: 
     return value is not None or bool(present)
 
 
-def field_errors(errors: Iterable[Mapping[str, Any]], form: type[BaseModel] = ProblemForm) -> list[FieldError]:
-    """Pydantic's error list as messages for people, in the order of the fields."""
-    return [_field_error(error, form) for error in errors]
+def field_errors(errors: Iterable[Mapping[str, Any]], forms: Sequence[type[BaseModel]] = (ProblemForm,)) -> list[FieldError]:
+    """Pydantic's error list as messages for people, in the order of the fields; the forms say what each field is."""
+    return [_field_error(error, forms) for error in errors]
 
 
-def _field_error(error: Mapping[str, Any], form: type[BaseModel]) -> FieldError:
+def _field_error(error: Mapping[str, Any], forms: Sequence[type[BaseModel]]) -> FieldError:
     field = str(error["loc"][-1])
-    info = form.model_fields.get(field)
-    wanted = info.description if info else "value that the documentation at /docs asks for"
+    descriptions = (form.model_fields[field].description for form in forms if field in form.model_fields)
+    wanted = next(descriptions, "value that the documentation at /docs asks for")
     value = error.get("input")
     match error["type"]:
         case "missing" if error["msg"] == "Field required":
@@ -176,7 +176,7 @@ def _field_error(error: Mapping[str, Any], form: type[BaseModel]) -> FieldError:
             return FieldError(field, "not-finite", f"{field} is {value}; it must be a finite number: the {wanted}.")
         case "greater_than" if error["ctx"]["gt"] == 0:
             return FieldError(field, "not-positive", f"{field} is {value}; it must be positive: the {wanted}.")
-        case "greater_than" | "less_than_equal":
+        case "greater_than" | "less_than_equal" if field.startswith("poisson"):
             return FieldError(field, "out-of-range", f"{field} is {value}; it must lie in (-1, 0.5]: the {wanted}.")
         case "float_parsing" | "float_type":
             return FieldError(field, "not-a-number", f"{field} is {value!r}; it must be a number: the {wanted}.")

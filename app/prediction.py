@@ -4,12 +4,13 @@ from dataclasses import asdict, dataclass
 from time import perf_counter
 
 from app.reading import Reading
-from app.schemas import ExpectedError, Numbers, Output
-from app.statistics import resistances, roughness_parameters, solution_of, statistics
+from app.requests import Output
+from app.schemas import ExpectedError, Numbers
 from model import Surrogate
 from model.methods import Accuracy
 from model.prediction import Prediction
 from solver import boyer_resistance
+from worker.statistics import resistances, roughness_parameters, solution_of, statistics
 
 OUT_OF_DISTRIBUTION = (
     "The problem lies outside what the surrogate was trained on, so the expected error may be too small; verify it, or ask "

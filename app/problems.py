@@ -11,7 +11,7 @@ from starlette.exceptions import HTTPException
 
 from app.errors import InvalidFormError, UploadError
 from app.forms import field_errors
-from app.schemas import PredictionForm
+from app.requests import PredictionForm, SolveForm, SweepForm
 from solver.errors import (
     AsperityError,
     InvalidHeightsError,
@@ -31,6 +31,9 @@ FIELD_OF: dict[type[AsperityError], str] = {
     InvalidMaterialError: "effective_modulus_gpa",
 }
 """Field of the form that an error of the lower floors concerns."""
+
+FORMS = (PredictionForm, SolveForm, SweepForm)
+"""Forms whose fields have a meaning to tell."""
 
 logger = logging.getLogger(__name__)
 
@@ -87,7 +90,7 @@ def _on_asperity_error(request: Request, error: Exception) -> JSONResponse:
 
 def _on_validation_error(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)  # noqa: S101 (registered for it)
-    return _on_asperity_error(request, InvalidFormError(field_errors(error.errors(), PredictionForm)))
+    return _on_asperity_error(request, InvalidFormError(field_errors(error.errors(), FORMS)))
 
 
 def _on_http_exception(request: Request, error: Exception) -> JSONResponse:

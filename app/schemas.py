@@ -1,74 +1,15 @@
-"""What the HTTP interface takes and answers."""
+"""What the HTTP interface answers."""
 
-from typing import Annotated, Literal, cast, get_args
+from datetime import datetime
+from typing import Generic, Literal, TypeVar
 
-from fastapi import UploadFile
-from pydantic import BaseModel, Field, PlainValidator, ValidationInfo, WithJsonSchema, field_validator
-from pydantic_core import PydanticCustomError
+from pydantic import BaseModel, Field
 
 from app.fields import FieldName
-from app.forms import ProblemForm, meaning, parse_accuracy
-from app.reading import Files
-from app.statistics import Resistances, RoughnessParameters, Statistics
 from app.surface import Surface
-from model.errors import AccuracyError
-from model.methods import Accuracy
+from worker.statistics import Resistances, RoughnessParameters, Statistics
 
-Output = Literal["heights", "pressure", "probability", "statistics", "resistances", "roughness"]
-
-
-def _accuracy(value: object) -> Accuracy:
-    try:
-        return parse_accuracy(value)
-    except AccuracyError as error:
-        raise ValueError(str(error)) from error
-
-
-def _outputs(value: object) -> tuple[Output, ...]:
-    """From names separated by commas, or given again and again."""
-    parts = value if isinstance(value, list | tuple) else [value]
-    names = [name.strip() for part in parts for name in str(part).split(",") if name.strip()]
-    for name in names:
-        if name not in get_args(Output):
-            raise ValueError(name)
-    return tuple(cast(list[Output], names))
-
-
-class FilesForm(BaseModel):
-    """The height maps of a multipart form."""
-
-    surface: UploadFile = Field(description="height map: grey PNG or TIFF (black lowest), NPY, CSV, or an instrument's file")
-    surface_2: UploadFile | None = Field(
-        None, description="height map of the surface that it touches, of as many pixels; a flat if left out"
-    )
-
-    async def files(self) -> Files:
-        """The uploaded files."""
-        return Files(await self.surface.read(), await self.surface_2.read() if self.surface_2 else None)
-
-
-class PredictionForm(ProblemForm, FilesForm):
-    """A contact problem with its height map, as multipart form."""
-
-    accuracy: Annotated[Accuracy, PlainValidator(_accuracy), WithJsonSchema({"type": "string"})] = Field(
-        "balanced",
-        description="accuracy: 'fast', 'balanced', 'exact', or the mean error that is allowed of 1 - Dice, contact area and "
-        "contact resistance, 0 to 1",
-    )
-    verify: bool = Field(True, description="true or false: whether the reference solver checks the prediction")
-    inline_mask: bool = Field(False, description="true or false: whether the answer holds the mask itself")
-    outputs: Annotated[tuple[Output, ...], PlainValidator(_outputs), WithJsonSchema({"type": "string"})] = Field(
-        (),
-        description=f"names of what else to compute, separated by commas: {', '.join(get_args(Output))}",
-        validate_default=False,
-    )
-
-    @field_validator("outputs")
-    @classmethod
-    def _resistances_need_a_resistivity(cls, value: tuple[Output, ...], info: ValidationInfo) -> tuple[Output, ...]:
-        if "resistances" in value and info.data.get("resistivity_ohm_m") is None:
-            raise PydanticCustomError("missing", f"resistivity_ohm_m is missing: give the {meaning('resistivity_ohm_m')}.")
-        return value
+Item = TypeVar("Item")
 
 
 class ExpectedError(BaseModel):
@@ -100,11 +41,12 @@ class Numbers(BaseModel):
     timings_ms: dict[str, float] = Field(description="by stage, and their total")
 
 
-class VerificationLink(BaseModel):
-    """Where the verification of a prediction can be followed."""
+class JobLink(BaseModel):
+    """Where a job can be followed."""
 
     job_id: str
     url: str
+    events_url: str = Field(description="the same as server-sent events")
 
 
 class FieldLink(BaseModel):
@@ -125,7 +67,7 @@ class PredictionAnswer(Numbers):
     mask: str | None = Field(description="the same PNG in base64, if asked for by inline_mask")
     fields: dict[FieldName, FieldLink] = Field(description="by name")
     bundle_url: str = Field(description="netCDF file with the mask and the fields, a unit on each")
-    verification: VerificationLink | None
+    verification: JobLink | None
 
 
 class Progress(BaseModel):
@@ -133,10 +75,11 @@ class Progress(BaseModel):
 
     iteration: int
     residual: float
+    seconds_left: float | None = Field(description="if it goes on as before; null where that cannot be said")
 
 
 class ReferenceAnswer(BaseModel):
-    """The reference solution, but for its fields."""
+    """The reference solution; its fields are files of their own."""
 
     contact_area_mm2: float
     contact_fraction: float
@@ -146,6 +89,8 @@ class ReferenceAnswer(BaseModel):
     residual: float
     iterations: int
     solve_seconds: float
+    statistics: Statistics | None = Field(description="null unless asked for by outputs, as the next")
+    resistances: Resistances | None
     mask_url: str = Field(description="1-bit PNG of the reference mask")
 
 
@@ -161,11 +106,56 @@ class ComparisonAnswer(BaseModel):
 
 
 class JobAnswer(BaseModel):
-    """A verification job."""
+    """A reference solve in the queue."""
 
     id: str
+    kind: Literal["verification", "solve"] = Field(description="whether it checks a prediction")
     status: Literal["queued", "started", "finished", "failed", "canceled"]
+    queue_position: int | None = Field(description="jobs before it; null once it has started")
     progress: Progress | None
     result: ReferenceAnswer | None
-    comparison: ComparisonAnswer | None
+    comparison: ComparisonAnswer | None = Field(description="of a verification that has finished")
     error: str | None = Field(description="why a failed job failed")
+    created_at: datetime | None
+    started_at: datetime | None
+    ended_at: datetime | None
+
+
+class SolveAnswer(BaseModel):
+    """A reference solve that was queued."""
+
+    job: JobLink
+    surface: Surface
+    warnings: list[str]
+
+
+class Page(BaseModel, Generic[Item]):
+    """Some items, newest first."""
+
+    items: list[Item]
+    next: str | None = Field(description="URL of the next page; null on the last")
+
+
+class SweepPoint(BaseModel):
+    """One load of a sweep; null what is not defined, or what failed."""
+
+    load_n: float
+    contact_area_mm2: float | None = None
+    contact_fraction: float | None = None
+    contact_spots: int | None = None
+    contact_resistance_ohm: float | None = Field(default=None, description="null without a resistivity")
+    contact_stiffness_n_per_m: float | None = Field(default=None, description="null on a periodic boundary")
+    contact_area_error: float | None = Field(default=None, description="to be expected, relative")
+    contact_resistance_error: float | None = Field(default=None, description="to be expected, relative")
+    in_distribution: bool | None = None
+    method: str | None = None
+    error: str | None = Field(default=None, description="why there is no answer for this load")
+
+
+class SweepAnswer(BaseModel):
+    """One surface under many loads."""
+
+    model: str
+    surface: Surface
+    warnings: list[str]
+    points: list[SweepPoint]

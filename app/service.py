@@ -1,30 +1,38 @@
 """What the endpoints do: predict, store, queue, and read again."""
 
 from base64 import b64encode
+from collections.abc import AsyncIterator, Iterator
 from dataclasses import asdict
 
 from anyio import CapacityLimiter, to_thread
 
-from app.fields import UNITS, Field, FieldName, bundle, from_npy, npy, picture
+from app.fields import UNITS, FieldName, bundle, picture
 from app.prediction import Stopwatch, Wanted, predict
 from app.reading import Files, read_problem
+from app.requests import Output, PredictionForm, SolveForm, SweepForm
 from app.sandbox import Sandbox
 from app.schemas import (
     FieldLink,
     JobAnswer,
-    Output,
+    JobLink,
+    Page,
     PredictionAnswer,
-    PredictionForm,
-    VerificationLink,
+    SolveAnswer,
+    SweepAnswer,
+    SweepPoint,
 )
 from app.settings import Settings
+from app.sweep import sweep_points
 from model import Surrogate
 from model.errors import WeightsError
 from model.prediction import Prediction
 from solver import ContactProblem
+from worker.arrays import Field, from_npy, npy
 from worker.connection import connect
 from worker.jobs import JobState, VerificationQueue
 from worker.masks import mask_from_png, mask_png
+from worker.parcel import FieldName as SolveField
+from worker.parcel import Parcel
 from worker.store import ResultStore, new_id
 
 PREDICTIONS_AT_ONCE = 2
@@ -90,8 +98,8 @@ class Service:
         stopwatch.lap("encode")
         verification = None
         if form.verify:
-            job_id = self._queue().enqueue(problem, predicted.prediction.contact_mask, form.resistivity_ohm_m)
-            verification = VerificationLink(job_id=job_id, url=f"/v1/jobs/{job_id}")
+            parcel = Parcel(problem, predicted.prediction.contact_mask, form.resistivity_ohm_m)
+            verification = _job_link(self._queue().enqueue(parcel))
             stopwatch.lap("queue")
         answer = PredictionAnswer(
             **dict(predicted.numbers) | {"timings_ms": stopwatch.timings_ms},
@@ -105,6 +113,41 @@ class Service:
         stored = {"prediction.json": answer.model_dump_json().encode(), "mask.png": mask} | files_of_fields
         self.store.put(prediction_id, stored)
         return answer
+
+    async def solve(self, files: Files, form: SolveForm) -> SolveAnswer:
+        """Queue a reference solve.
+
+        Raises:
+            AsperityError: bad input, or no queue.
+        """
+        return await to_thread.run_sync(self._solve, files, form, limiter=self._limiter)
+
+    def _solve(self, files: Files, form: SolveForm) -> SolveAnswer:
+        reading = read_problem(files, form, form.load_n, self._sandbox.decode)
+        parcel = Parcel(reading.problem, resistivity=form.resistivity_ohm_m, outputs=form.outputs)
+        job_id = self._queue().enqueue(parcel)
+        return SolveAnswer(job=_job_link(job_id), surface=reading.surface, warnings=reading.warnings)
+
+    async def sweep(self, files: Files, form: SweepForm) -> tuple[SweepAnswer, AsyncIterator[SweepPoint]]:
+        """Predict for many loads.
+
+        Returns:
+            The answer without its points, and the points as they are computed.
+
+        Raises:
+            AsperityError: bad input.
+        """
+        load = form.loads[0]
+        reading = await to_thread.run_sync(read_problem, files, form, load, self._sandbox.decode, limiter=self._limiter)
+        surrogate = self.surrogate
+        points = sweep_points(surrogate, reading.problem, form)
+        answer = SweepAnswer(model=surrogate.version, surface=reading.surface, warnings=reading.warnings, points=[])
+        return answer, self._one_by_one(points)
+
+    async def _one_by_one(self, points: Iterator[SweepPoint]) -> AsyncIterator[SweepPoint]:
+        """Each computed away from the event loop, so that other requests come in between."""
+        while (point := await to_thread.run_sync(next, points, None, limiter=self._limiter)) is not None:
+            yield point
 
     def prediction(self, prediction_id: str) -> PredictionAnswer:
         """A stored prediction, as it was answered.
@@ -159,6 +202,24 @@ class Service:
         """
         return _job_answer(self._queue().state(job_id))
 
+    def jobs(self, count: int, before: str | None) -> Page[JobAnswer]:
+        """Jobs from the newest on.
+
+        Raises:
+            JobNotFoundError, QueueUnavailableError: there is no such job to go on from, or no queue.
+        """
+        items = [_job_answer(state) for state in self._queue().newest(count, before)]
+        following = f"/v1/jobs?limit={count}&before={items[-1].id}" if len(items) == count else None
+        return Page(items=items, next=following)
+
+    def job_field(self, job_id: str, name: SolveField) -> bytes:
+        """A field of a reference solution, an NPY file.
+
+        Raises:
+            JobNotFoundError, QueueUnavailableError: there is no such job or field, or no queue.
+        """
+        return self._queue().field(job_id, name)
+
     def cancel(self, job_id: str) -> JobAnswer:
         """Cancel a verification, waiting or running.
 
@@ -178,6 +239,11 @@ class Service:
     def _queue(self) -> VerificationQueue:
         """The queue, over a connection that has just answered: a Redis that restarts is found again."""
         return VerificationQueue(connect(self.settings), self.settings)
+
+
+def _job_link(job_id: str) -> JobLink:
+    url = f"/v1/jobs/{job_id}"
+    return JobLink(job_id=job_id, url=url, events_url=f"{url}/events")
 
 
 def _job_answer(state: JobState) -> JobAnswer:

@@ -4,7 +4,7 @@ The network answers where it is the cheapest way that is accurate enough; elsewh
 pressure or its own start, as far as the accuracy asks for.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
@@ -79,14 +79,52 @@ class Surrogate:
             NotConvergedError: the solver was needed and did not converge.
         """
         target = target_of(accuracy)
+        return self._completed(problem, self._plan(problem, target), target)
+
+    def predict_sweep(
+        self, problem: ContactProblem, loads: Sequence[float], accuracy: Accuracy = "balanced"
+    ) -> Iterator[Prediction]:
+        """Predict for one surface under many loads, as :func:`predict` would for each.
+
+        Where the network comes first, it is asked for all loads at once (:func:`estimate_sweep`).
+
+        Args:
+            problem: surface and material; its own load does not matter.
+            loads: in N, in any order.
+            accuracy: as for :func:`predict`.
+
+        Yields:
+            One a load, in the order of the loads, as soon as it is there.
+
+        Raises:
+            AccuracyError: another accuracy.
+            InvalidLoadError: a load that is not positive and finite.
+            NotConvergedError: the solver was needed and did not converge.
+        """
+        target = target_of(accuracy)
+        problems = [replace(problem, load=load) for load in loads]
+        plans = [self._plan(one, target) for one in problems]
+        asked = [load for load, plan in zip(loads, plans, strict=True) if plan[0].start == "network"]
+        estimates = iter(self.estimate_sweep(problem, asked) if asked else [])
+        for one, plan in zip(problems, plans, strict=True):
+            yield self._completed(one, plan, target, next(estimates) if plan[0].start == "network" else None)
+
+    def _plan(self, problem: ContactProblem, target: float) -> list[Method]:
+        """Ways to answer that are usually accurate enough, the cheapest first."""
         if min(problem.shape) < SMALLEST_SIDE or problem.rms_height == 0 or problem.hardness is not None:
-            return self._solved(problem, SOLVED)
+            return [SOLVED]
         if self.weights.ways is None:
-            return self.estimate(problem)
+            return [NETWORK]
         choices = choose(target, problem.heights.size, log_load(problem), self.weights.ways.measured)
-        method = NETWORK if choices[0].method.start == "network" else choices[0].method
-        prediction = self.answer(problem, method)
-        for tolerance in [choice.method.tolerance for choice in choices]:
+        return [choice.method for choice in choices]
+
+    def _completed(
+        self, problem: ContactProblem, plan: list[Method], target: float, estimate: Prediction | None = None
+    ) -> Prediction:
+        """The first way of a plan, and the solver from there until the error bar of the answer is within the target."""
+        method = NETWORK if plan[0].start == "network" else plan[0]
+        prediction = estimate or self.answer(problem, method)
+        for tolerance in [further.tolerance for further in plan]:
             if prediction.in_distribution and prediction.expected_error.largest <= target:
                 break
             if tolerance < method.tolerance:

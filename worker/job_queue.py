@@ -1,5 +1,7 @@
 """The RQ queues: of verifications, and of shards of data sets."""
 
+from typing import Any
+
 from redis import Redis
 from rq import Queue, Retry
 from rq.serializers import JSONSerializer
@@ -20,13 +22,22 @@ class JobQueue(Queue):
     def __init__(self, connection: Redis, job_timeout_s: int | None = None, name: str = VERIFICATIONS) -> None:
         super().__init__(name, connection=connection, serializer=JSONSerializer, default_timeout=job_timeout_s)
 
-    def submit(self, function: str, job_id: str, description: str, keep_s: int, args: tuple[object, ...] = ()) -> None:
+    def submit(
+        self,
+        function: str,
+        job_id: str,
+        description: str,
+        keep_s: int,
+        args: tuple[object, ...] = (),
+        meta: dict[str, Any] | None = None,
+    ) -> None:
         """Queue a call; what becomes of it is kept for so long, and a worker that is lost costs one of its retries."""
         self.enqueue_call(
             function,
             args=args,
             job_id=job_id,
             description=description,
+            meta=meta,
             retry=Retry(max=RETRIES),
             result_ttl=keep_s,
             failure_ttl=keep_s,

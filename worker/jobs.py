@@ -1,21 +1,28 @@
-"""The queue of verifications, as the service sees it."""
+"""The queue of reference solves, as the service sees it."""
 
+import time
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, Literal
+from datetime import datetime
+from typing import Any, Literal, cast
 
 from redis import Redis
 from rq.exceptions import NoSuchJobError
 from rq.job import Job, JobStatus
 
-from solver.problem import BoolArray, ContactProblem
 from worker.connection import redis_failures
 from worker.errors import JobNotFoundError, QueueFullError
 from worker.job_queue import JobQueue
-from worker.parcel import JobKeys, Parcel
+from worker.parcel import FieldName, JobKeys, Parcel
 from worker.settings import Settings
 from worker.store import is_id, new_id
 
 JobStatusName = Literal["queued", "started", "finished", "failed", "canceled"]
+
+JobKind = Literal["verification", "solve"]
+
+INDEX = "asperity:jobs"
+"""Sorted set of the ids of all jobs that are kept, by the time they came."""
 
 _STATUS: dict[JobStatus, JobStatusName] = {
     JobStatus.CREATED: "queued",
@@ -35,22 +42,30 @@ class JobState:
     """Where a job stands.
 
     Attributes:
-        progress: ``iteration`` and ``residual`` of the solve; None before its first report.
+        kind: whether it checks a prediction.
+        queue_position: jobs that are before it; None once it has started.
+        progress: ``iteration``, ``residual`` and ``seconds_left`` of the solve; None before its first report.
         reference: the reference solution (worker.verification.Reference as a dict) of a finished job.
-        comparison: agreement of the prediction with the reference, of a finished job.
+        comparison: agreement of the prediction with the reference, of a finished verification.
         error: why a failed job failed.
+        created_at, started_at, ended_at: as far as that has happened.
     """
 
     id: str
+    kind: JobKind
     status: JobStatusName
+    queue_position: int | None
     progress: dict[str, Any] | None
     reference: dict[str, Any] | None
     comparison: dict[str, Any] | None
     error: str | None
+    created_at: datetime | None
+    started_at: datetime | None
+    ended_at: datetime | None
 
 
 class VerificationQueue:
-    """Verifications in Redis. Jobs are JSON, never pickles."""
+    """Reference solves in Redis. Jobs are JSON, never pickles."""
 
     def __init__(self, connection: Redis, settings: Settings) -> None:
         self.connection = connection
@@ -58,8 +73,8 @@ class VerificationQueue:
         self.queue = JobQueue(connection, settings.job_timeout_s)
 
     @redis_failures()
-    def enqueue(self, problem: ContactProblem, predicted_mask: BoolArray, resistivity: float | None) -> str:
-        """Queue the verification of a prediction; returns the job's id.
+    def enqueue(self, parcel: Parcel) -> str:
+        """Queue a reference solve, which verifies the prediction that is in the parcel if one is; returns the job's id.
 
         Raises:
             QueueFullError: as many jobs as may wait are waiting, or their problems fill the memory of the Redis.
@@ -67,10 +82,38 @@ class VerificationQueue:
         """
         self._refuse_if_full()
         job_id, keep_s = new_id(), self.settings.retention_s
-        JobKeys(self.connection, job_id).send_parcel(Parcel(problem, predicted_mask, resistivity), keep_s)
-        rows, columns = problem.shape
-        self.queue.submit("worker.verification.verify", job_id, f"verify {rows} x {columns}", keep_s)
+        JobKeys(self.connection, job_id).send_parcel(parcel, keep_s)
+        rows, columns = parcel.problem.shape
+        kind: JobKind = "solve" if parcel.predicted_mask is None else "verification"
+        self.queue.submit("worker.verification.verify", job_id, f"{kind} {rows} x {columns}", keep_s, meta={"kind": kind})
+        self.connection.zadd(INDEX, {job_id: time.time()})
+        self.connection.zremrangebyscore(INDEX, 0, time.time() - keep_s)
         return job_id
+
+    @redis_failures()
+    def newest(self, count: int, before: str | None) -> list[JobState]:
+        """Jobs from the newest to the oldest, of all kinds and ends.
+
+        Args:
+            count: at most.
+            before: id of a job, older ones than which are wanted; None to begin with the newest.
+
+        Raises:
+            JobNotFoundError: there is no such job to begin from.
+            QueueUnavailableError: Redis fails.
+        """
+        first = 0
+        if before is not None:
+            rank = self.connection.zrevrank(INDEX, before)
+            if rank is None:
+                raise JobNotFoundError(f"There is no job {before} to go on from; begin again without it.")
+            first = cast(int, rank) + 1
+        names = cast(list[bytes], self.connection.zrevrange(INDEX, first, first + count - 1))
+        found = []
+        for name in names:
+            with suppress(JobNotFoundError):  # it has just expired
+                found.append(self.state(name.decode()))
+        return found
 
     @redis_failures()
     def state(self, job_id: str) -> JobState:
@@ -90,11 +133,16 @@ class VerificationQueue:
             JobKeys(self.connection, job_id).drop_parcel()
         return JobState(
             id=job_id,
+            kind=job.meta.get("kind", "verification"),
             status=status,
+            queue_position=self.queue.get_job_position(job) if status == "queued" else None,
             progress=job.meta.get("progress"),
             reference=result["reference"] if result else None,
             comparison=result["comparison"] if result else None,
             error=failure_of(job) if status == "failed" else None,
+            created_at=job.created_at,
+            started_at=job.started_at,
+            ended_at=job.ended_at,
         )
 
     @redis_failures()
@@ -125,10 +173,26 @@ class VerificationQueue:
             JobNotFoundError: there is no such job, or it has not finished.
             QueueUnavailableError: Redis fails.
         """
-        data = self.connection.get(JobKeys(self.connection, job_id).reference_mask)
+        return self._left(
+            job_id, JobKeys(self.connection, job_id).reference_mask, "it has a reference mask once it has finished"
+        )
+
+    @redis_failures()
+    def field(self, job_id: str, name: FieldName) -> bytes:
+        """A field of the reference solution that was asked for, an NPY file.
+
+        Raises:
+            JobNotFoundError: there is no such job, it has not finished, or the field was not asked for.
+            QueueUnavailableError: Redis fails.
+        """
+        advice = f"it has this field once it has finished, if outputs={name} was asked for"
+        return self._left(job_id, JobKeys(self.connection, job_id).fields[name], advice)
+
+    def _left(self, job_id: str, key: str, advice: str) -> bytes:
+        """What the worker left under a key."""
+        data = self.connection.get(key)
         if not isinstance(data, bytes):
-            status = self.state(job_id).status
-            raise JobNotFoundError(f"Job {job_id} is {status}; it has a reference mask once it has finished.")
+            raise JobNotFoundError(f"Job {job_id} is {self.state(job_id).status}; {advice}.")
         return data
 
     def _refuse_if_full(self) -> None:

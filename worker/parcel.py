@@ -1,10 +1,11 @@
-"""What travels to and from the worker through Redis besides small JSON: the problem to verify, the reference mask.
+"""What travels to and from the worker through Redis besides small JSON: the problem, and the fields of its solution.
 
 A worker needs nothing but the Redis, so it can run on a machine that shares no files with the service.
 """
 
 from dataclasses import dataclass
 from io import BytesIO
+from typing import Literal
 
 import numpy as np
 from redis import Redis
@@ -14,20 +15,26 @@ from worker.errors import JobNotFoundError
 
 PARCEL_GRACE_S = 600
 
+FieldName = Literal["pressure", "gap"]
+Output = Literal["pressure", "gap", "statistics", "resistances"]
+"""What a reference solve can be asked for besides its mask and areas."""
+
 
 @dataclass(frozen=True, eq=False)
 class Parcel:
-    """A problem and the mask predicted for it.
+    """A problem to solve, and what is wanted of the solution.
 
     Attributes:
         problem: handed on unchanged, bit for bit.
-        predicted_mask: shape (rows, columns).
+        predicted_mask: to compare the solution with, shape (rows, columns); None if nothing was predicted.
         resistivity: in ohm m; None if no resistance is asked for.
+        outputs: what else.
     """
 
     problem: ContactProblem
-    predicted_mask: BoolArray
-    resistivity: float | None
+    predicted_mask: BoolArray | None = None
+    resistivity: float | None = None
+    outputs: tuple[Output, ...] = ()
 
     def pack(self) -> bytes:
         """As an NPZ file, not compressed: heights of 16 bits shrink by a fifth only, at 50 ms for 512 x 512."""
@@ -40,7 +47,8 @@ class Parcel:
             effective_modulus=np.array(self.problem.effective_modulus),
             boundary=np.array(self.problem.boundary),
             hardness=np.array([] if self.problem.hardness is None else [self.problem.hardness]),
-            predicted_mask=self.predicted_mask,
+            predicted_mask=np.array([]) if self.predicted_mask is None else self.predicted_mask,
+            outputs=np.array(self.outputs, dtype=np.str_),
             resistivity=np.array([] if self.resistivity is None else [self.resistivity]),
         )
         return file.getvalue()
@@ -59,7 +67,13 @@ class Parcel:
                 hardness=next(iter(arrays["hardness"].tolist()), None),
             )
             resistivity = arrays["resistivity"].tolist()
-            return cls(problem, arrays["predicted_mask"], resistivity[0] if resistivity else None)
+            predicted = arrays["predicted_mask"]
+            return cls(
+                problem,
+                predicted if predicted.size else None,
+                resistivity[0] if resistivity else None,
+                tuple(arrays["outputs"].tolist()),
+            )
 
 
 class JobKeys:
@@ -69,6 +83,7 @@ class JobKeys:
         self.connection = connection
         self.parcel = f"asperity:parcel:{job_id}"
         self.reference_mask = f"asperity:reference-mask:{job_id}"
+        self.fields: dict[FieldName, str] = {name: f"asperity:{name}:{job_id}" for name in ("pressure", "gap")}
         self.cancel_request = f"asperity:cancel:{job_id}"
 
     def send_parcel(self, parcel: Parcel, keep_s: int) -> None:

@@ -13,12 +13,12 @@ from tqdm import tqdm
 
 from app.forms import ProblemForm, parse_accuracy
 from app.reading import Files, Reading, read_problem
-from app.statistics import resistances, statistics
 from app.uploads import decode
 from solver import ContactProblem, Solution, boyer_resistance
 from solver import solve as solve_contact
 from solver.operators import Method
 from worker.masks import mask_png
+from worker.statistics import resistances, statistics
 
 HeightMapFile = Annotated[
     Path,

@@ -1,17 +1,51 @@
-"""Verification jobs: followed, canceled, and their reference mask."""
+"""Jobs: listed, followed, canceled, and the fields of their solutions."""
 
-from fastapi import APIRouter, Response
+import asyncio
+from collections.abc import AsyncIterator
+from typing import Annotated
+
+from anyio import to_thread
+from fastapi import APIRouter, Depends, Query, Response
+from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from app.routes.dependencies import ServiceDependency
-from app.schemas import JobAnswer
+from app.schemas import JobAnswer, Page
+from worker.parcel import FieldName
+
+ENDED = ("finished", "failed", "canceled")
+LOOK_EVERY_S = 0.2
+NPY = "application/x-npy"
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
+
+
+@router.get("")
+def list_jobs(
+    service: ServiceDependency,
+    limit: Annotated[int, Query(ge=1, le=100, description="jobs a page")] = 20,
+    before: Annotated[str | None, Query(description="id of a job; older ones are listed")] = None,
+) -> Page[JobAnswer]:
+    """All jobs that are kept, newest first."""
+    return service.jobs(limit, before)
 
 
 @router.get("/{job_id}")
 def read_job(job_id: str, service: ServiceDependency) -> JobAnswer:
     """Status, progress and, once finished, the reference and its comparison with the prediction."""
     return service.job(job_id)
+
+
+@router.get("/{job_id}/events", response_class=EventSourceResponse)
+async def follow_job(
+    job: Annotated[JobAnswer, Depends(read_job)], service: ServiceDependency
+) -> AsyncIterator[ServerSentEvent]:
+    """The job now and each time that it has changed, as server-sent events named by its status, until it has ended."""
+    yield ServerSentEvent(data=job, event=job.status)
+    while job.status not in ENDED:
+        await asyncio.sleep(LOOK_EVERY_S)
+        before, job = job, await to_thread.run_sync(service.job, job.id)
+        if job != before:
+            yield ServerSentEvent(data=job, event=job.status)
 
 
 @router.delete("/{job_id}")
@@ -24,3 +58,9 @@ def cancel_job(job_id: str, service: ServiceDependency) -> JobAnswer:
 def read_reference_mask(job_id: str, service: ServiceDependency) -> Response:
     """The reference mask of a finished job: 1-bit PNG, white in contact."""
     return Response(service.reference_mask(job_id), media_type="image/png")
+
+
+@router.get("/{job_id}/{name}.npy", response_class=Response, responses={200: {"content": {NPY: {}}}})
+def read_field(job_id: str, name: FieldName, service: ServiceDependency) -> Response:
+    """A field of the reference solution that was asked for by outputs: a NumPy array, in SI units."""
+    return Response(service.job_field(job_id, name), media_type=NPY)

@@ -5,8 +5,9 @@ from typing import Annotated
 from fastapi import APIRouter, Form, Response
 
 from app.fields import FieldName
+from app.requests import PredictionForm
 from app.routes.dependencies import ServiceDependency
-from app.schemas import PredictionAnswer, PredictionForm
+from app.schemas import PredictionAnswer
 
 NPY, NETCDF = "application/x-npy", "application/x-netcdf"
 

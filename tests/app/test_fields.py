@@ -3,20 +3,12 @@
 import io
 
 import numpy as np
-import pytest
 from PIL import Image
 from scipy.io import netcdf_file
 
-from app.fields import UNITS, bundle, from_npy, npy, picture
+from app.fields import UNITS, bundle, picture
 
 VALUES = np.random.default_rng(0).random((5, 7)) * 3e9 - 1e9
-
-
-@pytest.mark.parametrize("values", [VALUES, VALUES.astype(np.float32), VALUES > 0])
-def test_npy_keeps_every_bit(values: np.ndarray) -> None:
-    back = from_npy(npy(values))
-    assert back.dtype == values.dtype
-    np.testing.assert_array_equal(back, values)
 
 
 def test_a_picture_runs_from_the_lowest_to_the_highest_value() -> None:

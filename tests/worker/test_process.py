@@ -14,6 +14,7 @@ from rq.serializers import JSONSerializer
 
 from tests.worker.conftest import Wait, children, ended, rough, runs, started, worker
 from worker.jobs import VerificationQueue
+from worker.parcel import Parcel
 from worker.settings import Settings
 
 
@@ -26,7 +27,7 @@ def test_a_worker_never_loads_torch() -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux kills children with their parent")
 def test_a_solve_dies_with_its_worker(queue: VerificationQueue, settings: Settings, wait_for: Wait) -> None:
     with worker(settings) as process:
-        wait_for(queue.enqueue(rough(1024, load=2000.0), np.ones((1024, 1024), dtype=bool), None), started)
+        wait_for(queue.enqueue(Parcel(rough(1024, load=2000.0), np.ones((1024, 1024), dtype=bool), None)), started)
         (horse,) = children(process.pid)
     deadline = time.monotonic() + 10
     while runs(horse):
@@ -39,7 +40,7 @@ def test_a_job_whose_worker_is_killed_is_finished_by_the_next(
 ) -> None:
     problem = rough(1024, load=500.0)
     with worker(settings):
-        job_id = queue.enqueue(problem, np.ones((1024, 1024), dtype=bool), None)
+        job_id = queue.enqueue(Parcel(problem, np.ones((1024, 1024), dtype=bool), None))
         wait_for(job_id, started)
     with worker(settings):
         deadline = time.monotonic() + 120
@@ -57,7 +58,7 @@ def test_a_job_whose_solve_is_killed_is_taken_up_again_and_in_the_end_fails(
     queue: VerificationQueue, settings: Settings, wait_for: Wait
 ) -> None:
     with worker(settings) as process:
-        job_id = queue.enqueue(rough(1024, load=2000.0), np.ones((1024, 1024), dtype=bool), None)
+        job_id = queue.enqueue(Parcel(rough(1024, load=2000.0), np.ones((1024, 1024), dtype=bool), None))
         deadline = time.monotonic() + 120
         while not ended(queue.state(job_id)) and time.monotonic() < deadline:
             for child in children(process.pid):

@@ -12,18 +12,19 @@ from rq import Worker
 
 from tests.worker.conftest import Wait, ended, rough, runs
 from worker.jobs import VerificationQueue
+from worker.parcel import Parcel
 from worker.settings import Settings
 from worker.supervisor import WorkerSupervisor
 
 
 def test_a_supervised_worker_that_dies_is_replaced(queue: VerificationQueue, settings: Settings, wait_for: Wait) -> None:
     with WorkerSupervisor(settings, count=1) as supervisor:
-        job_id = queue.enqueue(rough(32), np.ones((32, 32), dtype=bool), None)
+        job_id = queue.enqueue(Parcel(rough(32), np.ones((32, 32), dtype=bool), None))
         assert wait_for(job_id, ended).status == "finished"
         (lost,) = supervisor.processes
         lost.kill()
         lost.wait()
-        job_id = queue.enqueue(rough(32), np.ones((32, 32), dtype=bool), None)
+        job_id = queue.enqueue(Parcel(rough(32), np.ones((32, 32), dtype=bool), None))
         assert wait_for(job_id, ended).status == "finished"
         (found,) = supervisor.processes
         assert found.pid != lost.pid

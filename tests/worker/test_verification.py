@@ -13,7 +13,7 @@ from model import compare
 from solver import boyer_resistance, solve
 from tests.worker.conftest import Wait, ended, rough, worker
 from worker.jobs import VerificationQueue
-from worker.parcel import JobKeys
+from worker.parcel import JobKeys, Parcel
 from worker.settings import Settings
 
 COPPER = 1.7e-8
@@ -26,8 +26,8 @@ def test_a_verification_compares_the_prediction_with_a_reference_solve(
     truth = solve(problem).contact_mask
     predicted = np.roll(truth, 1, axis=0)
     with worker(settings):
-        state = wait_for(queue.enqueue(problem, predicted, COPPER), ended)
-        bare = wait_for(queue.enqueue(problem, truth, None), ended)
+        state = wait_for(queue.enqueue(Parcel(problem, predicted, COPPER)), ended)
+        bare = wait_for(queue.enqueue(Parcel(problem, truth, None)), ended)
     assert state.status == "finished"
     assert state.comparison is not None
     assert state.reference is not None
@@ -50,10 +50,10 @@ def test_a_job_that_has_finished_and_is_run_again_keeps_its_result(
     queue: VerificationQueue, settings: Settings, connection: Redis, wait_for: Wait
 ) -> None:
     with worker(settings):
-        first = wait_for(queue.enqueue(rough(32), np.ones((32, 32), dtype=bool), None), ended)
+        first = wait_for(queue.enqueue(Parcel(rough(32), np.ones((32, 32), dtype=bool), None)), ended)
         JobKeys(connection, first.id).drop_parcel()
         queue.queue.enqueue_job(Job.fetch(first.id, connection, JSONSerializer))
-        second = wait_for(queue.enqueue(rough(32), np.ones((32, 32), dtype=bool), None), ended)
+        second = wait_for(queue.enqueue(Parcel(rough(32), np.ones((32, 32), dtype=bool), None)), ended)
         assert second.status == "finished"
     assert queue.state(first.id).status == "finished"
     assert queue.state(first.id).reference == first.reference
@@ -62,7 +62,7 @@ def test_a_job_that_has_finished_and_is_run_again_keeps_its_result(
 def test_a_problem_is_not_kept_for_long_after_its_verification(
     queue: VerificationQueue, settings: Settings, connection: Redis, wait_for: Wait
 ) -> None:
-    job_id = queue.enqueue(rough(32), np.ones((32, 32), dtype=bool), None)
+    job_id = queue.enqueue(Parcel(rough(32), np.ones((32, 32), dtype=bool), None))
     parcel = JobKeys(connection, job_id).parcel
     assert connection.ttl(parcel) > settings.retention_s / 2
     with worker(settings):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from app.preparation import detrended
-from app.statistics import resistances, roughness_parameters, solution_of, statistics
 from solver import ContactProblem, random_midpoint_displacement, solve
+from worker.statistics import resistances, roughness_parameters, solution_of, statistics
 
 PROBLEM = ContactProblem(random_midpoint_displacement(64, seed=3) * 50e-6, (15e-6, 15e-6), 30.0, 6.843e9)
 SOLUTION = solve(PROBLEM)
