@@ -41,6 +41,14 @@ class InvalidSettingsError(AsperityError):
     http_status = 422
 
 
+class IdempotencyKeyReusedError(AsperityError):
+    """An idempotency key that stands for a request with other contents."""
+
+    code = "idempotency-key-reused"
+    title = "The idempotency key stands for another request"
+    http_status = 422
+
+
 class UploadError(AsperityError):
     """A file that cannot be read as a height map."""
 

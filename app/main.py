@@ -11,7 +11,7 @@ from fastapi_swagger import patch_fastapi
 
 from app.body_limit import BodyLimit
 from app.problems import MEDIA_TYPE, Problem, add_problem_handlers
-from app.routes import health, jobs, pages, predictions, solves, sweeps
+from app.routes import health, jobs, models, pages, predictions, solves, sweeps
 from app.service import Service
 from app.settings import Settings
 
@@ -36,7 +36,7 @@ def create_app(settings: Settings) -> FastAPI:
     )
     app.add_middleware(BodyLimit, limit_mib=settings.upload_limit_mib)
     add_problem_handlers(app)
-    for routes in (predictions, sweeps, solves, jobs, health, pages):
+    for routes in (predictions, sweeps, solves, jobs, models, health, pages):
         app.include_router(routes.router)
     patch_fastapi(app, redirect_from_root_to_docs=False)
     app.mount("/web", StaticFiles(directory=pages.WEB))

@@ -1,5 +1,6 @@
 """From a problem to the numbers of its contact: predict, measure."""
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from time import perf_counter
 
@@ -30,7 +31,7 @@ class Wanted:
 
     accuracy: Accuracy = "balanced"
     resistivity: float | None = None
-    outputs: tuple[Output, ...] = ()
+    outputs: Sequence[Output] = ()
 
 
 class Stopwatch:

@@ -35,28 +35,28 @@ def _from_commas(value: object) -> list[str]:
     return [name.strip() for part in parts for name in str(part).split(",") if name.strip()]
 
 
-def _some_of(names: tuple[str, ...]) -> Callable[[object], tuple[str, ...]]:
+def _some_of(names: tuple[str, ...]) -> Callable[[object], list[str]]:
     """A validator of lists of names."""
 
-    def validate(value: object) -> tuple[str, ...]:
+    def validate(value: object) -> list[str]:
         given = _from_commas(value)
         if not set(given) <= set(names):
             raise ValueError
-        return tuple(given)
+        return given
 
     return validate
 
 
-def _loads(value: object) -> tuple[float, ...] | None:
+def _loads(value: object) -> list[float] | None:
     if value is None:
         return None
-    loads = tuple(float(part) for part in _from_commas(value))
+    loads = [float(part) for part in _from_commas(value)]
     if not 0 < len(loads) <= MOST_LOADS or not all(0 < load < np.inf for load in loads):
         raise ValueError
     return loads
 
 
-def _check_resistivity(value: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
+def _check_resistivity(value: list[str], info: ValidationInfo) -> list[str]:
     """Resistances need a resistivity."""
     if "resistances" in value and info.data.get("resistivity_ohm_m") is None:
         raise PydanticCustomError("missing", f"resistivity_ohm_m is missing: give the {meaning('resistivity_ohm_m')}.")
@@ -89,8 +89,8 @@ class PredictionForm(ProblemForm, FilesForm):
     accuracy: AccuracyField = Field("balanced", description=ACCURACY)
     verify: bool = Field(True, description="true or false: whether the reference solver checks the prediction")
     inline_mask: bool = Field(False, description="true or false: whether the answer holds the mask itself")
-    outputs: Annotated[tuple[Output, ...], PlainValidator(_some_of(OUTPUTS)), TEXT] = Field(
-        (), description=f"names of what else to compute, separated by commas: {', '.join(OUTPUTS)}"
+    outputs: Annotated[list[Output], PlainValidator(_some_of(OUTPUTS)), TEXT] = Field(
+        [], description=f"names of what else to compute, separated by commas: {', '.join(OUTPUTS)}"
     )
 
     _resistances = field_validator("outputs")(_check_resistivity)
@@ -99,8 +99,8 @@ class PredictionForm(ProblemForm, FilesForm):
 class SolveForm(ProblemForm, FilesForm):
     """A contact problem to solve without a prediction."""
 
-    outputs: Annotated[tuple[SolveOutput, ...], PlainValidator(_some_of(SOLVE_OUTPUTS)), TEXT] = Field(
-        (), description=f"names of what else to compute, separated by commas: {', '.join(SOLVE_OUTPUTS)}"
+    outputs: Annotated[list[SolveOutput], PlainValidator(_some_of(SOLVE_OUTPUTS)), TEXT] = Field(
+        [], description=f"names of what else to compute, separated by commas: {', '.join(SOLVE_OUTPUTS)}"
     )
 
     _resistances = field_validator("outputs")(_check_resistivity)
@@ -114,14 +114,14 @@ class SweepForm(BodiesForm, FilesForm):
     load_count: Annotated[int, Field(ge=1, le=MOST_LOADS)] | None = Field(
         None, description=f"number of loads of a range, 1 to {MOST_LOADS}, evenly spaced on a logarithmic scale"
     )
-    loads_n: Annotated[tuple[float, ...] | None, PlainValidator(_loads), TEXT] = Field(
+    loads_n: Annotated[list[float] | None, PlainValidator(_loads), TEXT] = Field(
         None, description=f"loads in N, positive, separated by commas, at most {MOST_LOADS}", validate_default=True
     )
     accuracy: AccuracyField = Field("balanced", description=ACCURACY)
 
     @field_validator("loads_n")
     @classmethod
-    def _some_loads(cls, value: tuple[float, ...] | None, info: ValidationInfo) -> tuple[float, ...] | None:
+    def _some_loads(cls, value: list[float] | None, info: ValidationInfo) -> list[float] | None:
         if not choose_one("loads_n", value, RANGE, info.data):
             raise PydanticCustomError(
                 "missing", f"loads_n is missing: give the {cls.model_fields['loads_n'].description}, or {', '.join(RANGE)}."
@@ -129,7 +129,7 @@ class SweepForm(BodiesForm, FilesForm):
         return value
 
     @property
-    def loads(self) -> tuple[float, ...]:
+    def loads(self) -> list[float]:
         """All loads, in N."""
         given: dict[str, Any] = {name: getattr(self, name) for name in RANGE}
-        return self.loads_n or tuple(np.geomspace(*given.values()).tolist())
+        return self.loads_n or list(map(float, np.geomspace(*given.values())))

@@ -129,6 +129,16 @@ class SolveAnswer(BaseModel):
     warnings: list[str]
 
 
+class ModelAnswer(BaseModel):
+    """The surrogate that predicts."""
+
+    name: str
+    version: str = Field(description="name and start of the hash of the weights")
+    sha256: str
+    domain: dict[str, tuple[float, float]] = Field(description="what statistics of the training problems range over")
+    measured_error: dict[str, dict[str, float]] = Field(description="of the network alone on held-out maps, by grid")
+
+
 class Page(BaseModel, Generic[Item]):
     """Some items, newest first."""
 

@@ -1,11 +1,13 @@
 """What the endpoints do: predict, store, queue, and read again."""
 
 from base64 import b64encode
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Iterator, Sequence
 from dataclasses import asdict
 
 from anyio import CapacityLimiter, to_thread
 
+from app.content import content_id
+from app.errors import IdempotencyKeyReusedError
 from app.fields import UNITS, FieldName, bundle, picture
 from app.prediction import Stopwatch, Wanted, predict
 from app.reading import Files, read_problem
@@ -15,6 +17,7 @@ from app.schemas import (
     FieldLink,
     JobAnswer,
     JobLink,
+    ModelAnswer,
     Page,
     PredictionAnswer,
     SolveAnswer,
@@ -26,14 +29,20 @@ from app.sweep import sweep_points
 from model import Surrogate
 from model.errors import WeightsError
 from model.prediction import Prediction
+from model.weights import NAME
 from solver import ContactProblem
+from solver.problem import BoolArray
 from worker.arrays import Field, from_npy, npy
 from worker.connection import connect
+from worker.errors import JobNotFoundError, ResultNotFoundError
 from worker.jobs import JobState, VerificationQueue
 from worker.masks import mask_from_png, mask_png
 from worker.parcel import FieldName as SolveField
 from worker.parcel import Parcel
 from worker.store import ResultStore, new_id
+
+PREDICTION, MASK = "prediction.json", "mask.png"
+"""Files of a stored prediction."""
 
 PREDICTIONS_AT_ONCE = 2
 """More would only share the processors, and memory is what large maps need most."""
@@ -76,56 +85,127 @@ class Service:
         _ = self.surrogate
         self._queue()
 
-    async def predict(self, files: Files, form: PredictionForm) -> PredictionAnswer:
+    async def predict(self, files: Files, form: PredictionForm, key: str | None = None) -> tuple[PredictionAnswer, bool]:
         """Predict, store, and queue the verification, away from the event loop.
 
-        Raises:
-            AsperityError: bad input, or no queue for a verification.
-        """
-        return await to_thread.run_sync(self._predict, files, form, limiter=self._limiter)
+        The id of a prediction is the hash of all that it depends on, so that what was computed once is only read again.
 
-    def _predict(self, files: Files, form: PredictionForm) -> PredictionAnswer:
+        Args:
+            files: height maps.
+            form: what people gave besides files.
+            key: an idempotency key.
+
+        Returns:
+            The answer, and whether it was there already.
+
+        Raises:
+            AsperityError: bad input, an idempotency key that stands for another request, or no queue for a verification.
+        """
+        return await to_thread.run_sync(self._predict, files, form, key, limiter=self._limiter)
+
+    def _predict(self, files: Files, form: PredictionForm, key: str | None) -> tuple[PredictionAnswer, bool]:
         stopwatch = Stopwatch()
+        prediction_id = content_id(files, form, self.surrogate.version)
+        if key is not None and self.store.claim(key, prediction_id) != prediction_id:
+            raise IdempotencyKeyReusedError("This idempotency key stands for another request; choose a new one.")
+        try:
+            answer = self.prediction(prediction_id)
+        except ResultNotFoundError:
+            return self._computed(prediction_id, files, form, stopwatch), False
+        if form.verify and not (answer.verification and self._lives(answer.verification.job_id)):
+            reading = read_problem(files, form, form.load_n, self._sandbox.decode)
+            answer.verification = self._verified(reading.problem, mask_from_png(self.mask(prediction_id)), form)
+            self.store.replace(prediction_id, PREDICTION, answer.model_dump_json().encode())
+        return self._with_mask(answer, form), True
+
+    def _computed(self, prediction_id: str, files: Files, form: PredictionForm, stopwatch: Stopwatch) -> PredictionAnswer:
+        """A prediction that was not there."""
         reading = read_problem(files, form, form.load_n, self._sandbox.decode)
         stopwatch.lap("decode")
         wanted = Wanted(form.accuracy, form.resistivity_ohm_m, form.outputs)
         predicted = predict(reading, wanted, self.surrogate, stopwatch)
-        prediction_id, problem = new_id(), reading.problem
         url = f"/v1/predictions/{prediction_id}"
-        mask = mask_png(predicted.prediction.contact_mask)
-        fields = _fields(problem, predicted.prediction, form.outputs)
-        files_of_fields = {f"{name}.npy": npy(values) for name, values in fields.items()}
+        mask = predicted.prediction.contact_mask
+        fields = _fields(reading.problem, predicted.prediction, form.outputs)
+        stored = {MASK: mask_png(mask)} | {f"{name}.npy": npy(values) for name, values in fields.items()}
         stopwatch.lap("encode")
-        verification = None
-        if form.verify:
-            parcel = Parcel(problem, predicted.prediction.contact_mask, form.resistivity_ohm_m)
-            verification = _job_link(self._queue().enqueue(parcel))
+        verification = self._verified(reading.problem, mask, form) if form.verify else None
+        if verification:
             stopwatch.lap("queue")
         answer = PredictionAnswer(
             **dict(predicted.numbers) | {"timings_ms": stopwatch.timings_ms},
             id=prediction_id,
-            mask_url=f"{url}/mask.png",
-            mask=b64encode(mask).decode() if form.inline_mask else None,
+            mask_url=f"{url}/{MASK}",
+            mask=None,
             fields={name: _link(url, name, values) for name, values in fields.items()},
             bundle_url=f"{url}/bundle.nc",
             verification=verification,
         )
-        stored = {"prediction.json": answer.model_dump_json().encode(), "mask.png": mask} | files_of_fields
-        self.store.put(prediction_id, stored)
-        return answer
+        self.store.put(prediction_id, stored | {PREDICTION: answer.model_dump_json().encode()})
+        return self._with_mask(answer, form)
 
-    async def solve(self, files: Files, form: SolveForm) -> SolveAnswer:
-        """Queue a reference solve.
+    def _verified(self, problem: ContactProblem, mask: BoolArray, form: PredictionForm) -> JobLink:
+        """The verification of a prediction, queued."""
+        return _job_link(self._queue().enqueue(Parcel(problem, mask, form.resistivity_ohm_m)))
+
+    def _lives(self, job_id: str) -> bool:
+        """Whether a job has not ended without a result."""
+        try:
+            return self._queue().state(job_id).status not in ("failed", "canceled")
+        except JobNotFoundError:
+            return False
+
+    def _with_mask(self, answer: PredictionAnswer, form: PredictionForm) -> PredictionAnswer:
+        """With the mask itself, if it was asked for."""
+        if not form.inline_mask:
+            return answer
+        return answer.model_copy(update={"mask": b64encode(self.mask(answer.id)).decode()})
+
+    def predictions(self, count: int, before: str | None) -> Page[PredictionAnswer]:
+        """Stored predictions from the newest on.
 
         Raises:
-            AsperityError: bad input, or no queue.
+            ResultNotFoundError: there is no such prediction to go on from.
         """
-        return await to_thread.run_sync(self._solve, files, form, limiter=self._limiter)
+        items = [self.prediction(one) for one in self.store.newest(MASK, count, before)]
+        following = f"/v1/predictions?limit={count}&before={items[-1].id}" if len(items) == count else None
+        return Page(items=items, next=following)
 
-    def _solve(self, files: Files, form: SolveForm) -> SolveAnswer:
+    def model(self) -> ModelAnswer:
+        """The surrogate: what it was trained on and how wrong it was found to be.
+
+        Raises:
+            WeightsError: its weights are missing or damaged.
+        """
+        weights = self.surrogate.weights
+        return ModelAnswer(
+            name=NAME,
+            version=weights.version,
+            sha256=weights.manifest["sha256"],
+            domain=weights.manifest["domain"],
+            measured_error=weights.manifest["validation"],
+        )
+
+    async def solve(self, files: Files, form: SolveForm, key: str | None) -> SolveAnswer:
+        """Queue a reference solve; for an idempotency key once only.
+
+        Raises:
+            AsperityError: bad input, an idempotency key that stands for another request, or no queue.
+        """
+        return await to_thread.run_sync(self._solve, files, form, key, limiter=self._limiter)
+
+    def _solve(self, files: Files, form: SolveForm, key: str | None) -> SolveAnswer:
         reading = read_problem(files, form, form.load_n, self._sandbox.decode)
-        parcel = Parcel(reading.problem, resistivity=form.resistivity_ohm_m, outputs=form.outputs)
-        job_id = self._queue().enqueue(parcel)
+        parcel = Parcel(reading.problem, resistivity=form.resistivity_ohm_m, outputs=tuple(form.outputs))
+        job_id = new_id()
+        if key is not None:
+            content = content_id(files, form, "solve")
+            claimed, _, first = self.store.claim(key, f"{content} {job_id}").partition(" ")
+            if claimed != content:
+                raise IdempotencyKeyReusedError("This idempotency key stands for another request; choose a new one.")
+            if first != job_id:
+                return SolveAnswer(job=_job_link(first), surface=reading.surface, warnings=reading.warnings)
+        self._queue().enqueue(parcel, job_id)
         return SolveAnswer(job=_job_link(job_id), surface=reading.surface, warnings=reading.warnings)
 
     async def sweep(self, files: Files, form: SweepForm) -> tuple[SweepAnswer, AsyncIterator[SweepPoint]]:
@@ -155,7 +235,7 @@ class Service:
         Raises:
             ResultNotFoundError: there is none of that id.
         """
-        return PredictionAnswer.model_validate_json(self.store.get(prediction_id, "prediction.json"))
+        return PredictionAnswer.model_validate_json(self.store.get(prediction_id, PREDICTION))
 
     def mask(self, prediction_id: str) -> bytes:
         """The mask of a stored prediction, a PNG file.
@@ -163,7 +243,7 @@ class Service:
         Raises:
             ResultNotFoundError: there is none of that id.
         """
-        return self.store.get(prediction_id, "mask.png")
+        return self.store.get(prediction_id, MASK)
 
     def field_npy(self, prediction_id: str, name: FieldName) -> bytes:
         """A field of a stored prediction, an NPY file.
@@ -253,7 +333,7 @@ def _job_answer(state: JobState) -> JobAnswer:
     return JobAnswer.model_validate(fields | {"result": result})
 
 
-def _fields(problem: ContactProblem, prediction: Prediction, outputs: tuple[Output, ...]) -> dict[FieldName, Field]:
+def _fields(problem: ContactProblem, prediction: Prediction, outputs: Sequence[Output]) -> dict[FieldName, Field]:
     """The fields that were asked for."""
     known: dict[FieldName, Field] = {
         "heights": problem.heights,

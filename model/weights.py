@@ -12,6 +12,7 @@ from model.errors import WeightsError
 from model.methods import Ways, restored
 from model.network import ContactNet
 
+NAME = "contactnet"
 MEASURED = "methods.json"
 """File beside the weights with what ``asperity evaluate`` measured."""
 
@@ -60,7 +61,7 @@ def load_weights(directory: Path = SHIPPED) -> Weights:
     manifest = _manifest(directory)
     table = directory / MEASURED
     ways = restored(table.read_text(encoding="utf-8")) if table.exists() else None
-    return Weights(network.fuse(), f"contactnet-{manifest['sha256'][:8]}", manifest, ways)
+    return Weights(network.fuse(), f"{NAME}-{manifest['sha256'][:8]}", manifest, ways)
 
 
 def load_network(directory: Path) -> ContactNet:

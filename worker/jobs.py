@@ -73,15 +73,19 @@ class VerificationQueue:
         self.queue = JobQueue(connection, settings.job_timeout_s)
 
     @redis_failures()
-    def enqueue(self, parcel: Parcel) -> str:
+    def enqueue(self, parcel: Parcel, job_id: str | None = None) -> str:
         """Queue a reference solve, which verifies the prediction that is in the parcel if one is; returns the job's id.
+
+        Args:
+            parcel: what to solve.
+            job_id: see ``worker.store.new_id``; a new one if left out.
 
         Raises:
             QueueFullError: as many jobs as may wait are waiting, or their problems fill the memory of the Redis.
             QueueUnavailableError: Redis fails.
         """
         self._refuse_if_full()
-        job_id, keep_s = new_id(), self.settings.retention_s
+        job_id, keep_s = job_id or new_id(), self.settings.retention_s
         JobKeys(self.connection, job_id).send_parcel(parcel, keep_s)
         rows, columns = parcel.problem.shape
         kind: JobKind = "solve" if parcel.predicted_mask is None else "verification"

@@ -1,15 +1,18 @@
 """Stored results: a directory of files by id, written whole or not at all, and kept for a time."""
 
+import errno
 import re
 import shutil
 import time
 from contextlib import suppress
+from hashlib import sha256
 from pathlib import Path
 from uuid import uuid4
 
 from worker.errors import ResultNotFoundError
 
 PRUNE_EVERY_S = 3600.0
+CLAIM = "claim"
 _ID = re.compile(r"[0-9a-f]{32}")
 
 
@@ -38,13 +41,53 @@ class ResultStore:
         root.mkdir(parents=True, exist_ok=True)
 
     def put(self, result_id: str, files: dict[str, bytes]) -> None:
-        """Store the files of a result; it appears with all of them at once."""
+        """Store the files of a result; it appears with all of them at once. One that is there already stays."""
         self._prune()
-        staging = self.root / f"{result_id}.new"
+        staging = self.root / f"{result_id}.{new_id()}"
         staging.mkdir()
         for name, data in files.items():
             (staging / name).write_bytes(data)
-        staging.rename(self.root / result_id)
+        try:
+            staging.rename(self.root / result_id)
+        except OSError as error:
+            shutil.rmtree(staging)
+            if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
+                raise
+
+    def replace(self, result_id: str, name: str, data: bytes) -> None:
+        """Put another file in the place of one."""
+        staging = self.root / result_id / new_id()
+        staging.write_bytes(data)
+        staging.replace(self.root / result_id / name)
+
+    def claim(self, key: str, value: str) -> str:
+        """Tie a value to a key that a client chose, for as long as results are kept; the first one tied to it stays."""
+        claim_id = sha256(key.encode()).hexdigest()[:32]
+        self.put(claim_id, {CLAIM: value.encode()})
+        return self.get(claim_id, CLAIM).decode()
+
+    def newest(self, name: str, count: int, before: str | None) -> list[str]:
+        """Ids of results that have a file of that name, from the newest to the oldest.
+
+        Args:
+            name: of a file.
+            count: at most.
+            before: an id, older ones than which are wanted; None to begin with the newest.
+
+        Raises:
+            ResultNotFoundError: there is no such id to begin from.
+        """
+        times = {}
+        for path in self.root.glob(f"*/{name}"):
+            with suppress(FileNotFoundError):  # it has just been removed
+                times[path.parent.name] = path.stat().st_mtime_ns
+        ids = sorted(filter(is_id, times), key=lambda result_id: (times[result_id], result_id), reverse=True)
+        if before is None:
+            return ids[:count]
+        if before not in times:
+            raise ResultNotFoundError(f"There is no result {before} to go on from; begin again without it.")
+        first = ids.index(before) + 1
+        return ids[first : first + count]
 
     def get(self, result_id: str, name: str) -> bytes:
         """One file of a result.

@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from fastapi import Depends, Request
+from fastapi import Depends, Header, Query, Request
 
 from app.service import Service
 
@@ -12,4 +12,7 @@ def _service(request: Request) -> Service:
     return service
 
 
+Limit = Annotated[int, Query(ge=1, le=100, description="items a page")]
+Before = Annotated[str | None, Query(description="id of an item; older ones are listed")]
+IdempotencyKey = Annotated[str | None, Header(max_length=255, description="the same key and request count once")]
 ServiceDependency = Annotated[Service, Depends(_service)]

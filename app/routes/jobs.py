@@ -5,10 +5,10 @@ from collections.abc import AsyncIterator
 from typing import Annotated
 
 from anyio import to_thread
-from fastapi import APIRouter, Depends, Query, Response
+from fastapi import APIRouter, Depends, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
-from app.routes.dependencies import ServiceDependency
+from app.routes.dependencies import Before, Limit, ServiceDependency
 from app.schemas import JobAnswer, Page
 from worker.parcel import FieldName
 
@@ -20,11 +20,7 @@ router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
 
 @router.get("")
-def list_jobs(
-    service: ServiceDependency,
-    limit: Annotated[int, Query(ge=1, le=100, description="jobs a page")] = 20,
-    before: Annotated[str | None, Query(description="id of a job; older ones are listed")] = None,
-) -> Page[JobAnswer]:
+def list_jobs(service: ServiceDependency, limit: Limit = 20, before: Before = None) -> Page[JobAnswer]:
     """All jobs that are kept, newest first."""
     return service.jobs(limit, before)
 

@@ -6,8 +6,8 @@ from fastapi import APIRouter, Form, Response
 
 from app.fields import FieldName
 from app.requests import PredictionForm
-from app.routes.dependencies import ServiceDependency
-from app.schemas import PredictionAnswer
+from app.routes.dependencies import Before, IdempotencyKey, Limit, ServiceDependency
+from app.schemas import Page, PredictionAnswer
 
 NPY, NETCDF = "application/x-npy", "application/x-netcdf"
 
@@ -16,10 +16,24 @@ router = APIRouter(prefix="/v1/predictions", tags=["predictions"])
 
 @router.post("")
 async def make_prediction(
-    form: Annotated[PredictionForm, Form(media_type="multipart/form-data")], service: ServiceDependency
+    form: Annotated[PredictionForm, Form(media_type="multipart/form-data")],
+    service: ServiceDependency,
+    response: Response,
+    idempotency_key: IdempotencyKey = None,
 ) -> PredictionAnswer:
-    """Predict the contact of a height map, and have it verified by the reference solver unless told not to."""
-    return await service.predict(await form.files(), form)
+    """Predict the contact of a height map, and have it verified by the reference solver unless told not to.
+
+    The same upload with the same fields is computed once; the header `Asperity-Cache` says `hit` where it was there.
+    """
+    answer, known = await service.predict(await form.files(), form, idempotency_key)
+    response.headers["Asperity-Cache"] = "hit" if known else "miss"
+    return answer
+
+
+@router.get("")
+def list_predictions(service: ServiceDependency, limit: Limit = 20, before: Before = None) -> Page[PredictionAnswer]:
+    """All predictions that are kept, newest first."""
+    return service.predictions(limit, before)
 
 
 @router.get("/{prediction_id}")

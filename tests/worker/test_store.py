@@ -32,3 +32,33 @@ def test_results_are_forgotten_after_their_time(tmp_path: Path) -> None:
     assert store.get(new, "mask.png") == b"new"
     with pytest.raises(ResultNotFoundError):
         store.get(old, "mask.png")
+
+
+def test_what_is_there_stays(tmp_path: Path) -> None:
+    store, result_id = ResultStore(tmp_path, retention_s=60), new_id()
+    store.put(result_id, {"answer.json": b"first"})
+    store.put(result_id, {"answer.json": b"second"})
+    assert store.get(result_id, "answer.json") == b"first"
+    assert [path.name for path in tmp_path.iterdir()] == [result_id]
+    store.replace(result_id, "answer.json", b"third")
+    assert store.get(result_id, "answer.json") == b"third"
+
+
+def test_a_key_belongs_to_the_first_that_claims_it(tmp_path: Path) -> None:
+    store = ResultStore(tmp_path, retention_s=60)
+    assert store.claim("../a key", "one") == "one"
+    assert store.claim("../a key", "two") == "one"
+    assert store.claim("another", "two") == "two"
+
+
+def test_results_are_listed_newest_first(tmp_path: Path) -> None:
+    store, ids = ResultStore(tmp_path, retention_s=60), [new_id() for _ in range(5)]
+    for result_id in ids:
+        store.put(result_id, {"mask.png": b""})
+        time.sleep(0.01)
+    store.put(new_id(), {"other": b""})
+    store.claim("a key", "a value")
+    assert store.newest("mask.png", 2, None) == [ids[4], ids[3]]
+    assert store.newest("mask.png", 9, ids[3]) == [ids[2], ids[1], ids[0]]
+    with pytest.raises(ResultNotFoundError):
+        store.newest("mask.png", 2, new_id())

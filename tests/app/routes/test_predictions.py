@@ -89,6 +89,50 @@ def test_the_answer_can_be_read_again(predict: Predict, client: httpx.Client) ->
     assert client.get(f"/v1/predictions/{answer['id']}").json() == answer
 
 
+def test_the_same_request_is_computed_once(predict: Predict, client: httpx.Client) -> None:
+    first = predict(load_n="20.25", verify="true")
+    again = predict(load_n="20.25", verify="true", inline_mask="true")
+    assert (first.headers["asperity-cache"], again.headers["asperity-cache"]) == ("miss", "hit")
+    assert again.json() == first.json() | {"mask": again.json()["mask"]}
+    for other in ({"load_n": "20.26"}, {"accuracy": "fast"}, {"outputs": "roughness"}, {"resistivity_ohm_m": "1e-8"}):
+        assert predict(**{"load_n": "20.25"} | other).headers["asperity-cache"] == "miss"
+    assert predict(surface_png(seed=9), load_n="20.25").headers["asperity-cache"] == "miss"
+
+
+def test_a_known_prediction_can_be_verified_later_and_again(
+    predict: Predict, client: httpx.Client, finish: Callable[[str], dict[str, object]]
+) -> None:
+    surface = surface_png(1024)
+    assert predict(surface, load_n="2.5").json()["verification"] is None
+    later = predict(surface, load_n="2.5", verify="true").json()
+    client.delete(later["verification"]["url"])
+    assert finish(later["verification"]["url"])["status"] == "canceled"
+    again = predict(surface, load_n="2.5", verify="true").json()
+    assert again["verification"]["job_id"] != later["verification"]["job_id"]
+    assert client.get(f"/v1/predictions/{again['id']}").json() == again
+    client.delete(again["verification"]["url"])
+
+
+def test_an_idempotency_key_stands_for_one_request(client: httpx.Client) -> None:
+    def post(load: str) -> httpx.Response:
+        fields = UNITS | {"load_n": load, "verify": "false"}
+        headers = {"idempotency-key": "my first request"}
+        return client.post("/v1/predictions", data=fields, files={"surface": surface_png()}, headers=headers)
+
+    assert post("7").json() == post("7").json()
+    refused = post("8")
+    assert refused.status_code == 422
+    assert refused.json()["type"] == "/problems/idempotency-key-reused"
+
+
+def test_predictions_are_listed_newest_first_by_pages(predict: Predict, client: httpx.Client) -> None:
+    ids = [predict(load_n=load).json()["id"] for load in ("31.5", "32.5", "33.5")]
+    first = client.get("/v1/predictions", params={"limit": 2}).json()
+    assert [one["id"] for one in first["items"]] == ids[:0:-1]
+    assert client.get(first["next"]).json()["items"][0]["id"] == ids[0]
+    assert client.get("/v1/predictions", params={"before": "0" * 32}).status_code == 404
+
+
 def test_the_mask_comes_inline_on_request(predict: Predict, client: httpx.Client) -> None:
     answer = predict(inline_mask="true").json()
     assert base64.b64decode(answer["mask"]) == client.get(answer["mask_url"]).content

@@ -64,3 +64,13 @@ def test_refusals(client: httpx.Client, fields: dict[str, str], field: str) -> N
     response = post(client, **fields)
     assert response.status_code == 422
     assert [error["field"] for error in response.json()["errors"]] == [field]
+
+
+def test_an_idempotency_key_queues_once(client: httpx.Client) -> None:
+    def post_with_key(load: str) -> httpx.Response:
+        files, headers = {"surface": surface_png()}, {"idempotency-key": "solve me"}
+        return client.post("/v1/solves", data=UNITS | {"load_n": load}, files=files, headers=headers)
+
+    assert post_with_key("5").json() == post_with_key("5").json()
+    assert post_with_key("6").status_code == 422
+    assert post(client, load_n="5").json()["job"] != post(client, load_n="5").json()["job"]
