@@ -10,6 +10,7 @@ from fastapi.staticfiles import StaticFiles
 from fastapi_swagger import patch_fastapi
 
 from app.body_limit import BodyLimit
+from app.observation import Observation
 from app.problems import MEDIA_TYPE, Problem, add_problem_handlers
 from app.routes import health, jobs, models, pages, predictions, solves, sweeps
 from app.service import Service
@@ -19,9 +20,11 @@ from app.settings import Settings
 def create_app(settings: Settings) -> FastAPI:
     """The application; the queue must be reachable with these settings for verifications, not for predictions."""
 
+    service = Service(settings)
+
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        app.state.service = await asyncio.to_thread(Service, settings)
+        await asyncio.to_thread(service.start)
         yield
 
     app = FastAPI(
@@ -34,7 +37,9 @@ def create_app(settings: Settings) -> FastAPI:
         swagger_ui_oauth2_redirect_url=None,
         responses={"default": {"model": Problem, "description": "A problem document", "content": {MEDIA_TYPE: {}}}},
     )
+    app.state.service = service
     app.add_middleware(BodyLimit, limit_mib=settings.upload_limit_mib)
+    app.add_middleware(Observation, metrics=service.metrics)
     add_problem_handlers(app)
     for routes in (predictions, sweeps, solves, jobs, models, health, pages):
         app.include_router(routes.router)

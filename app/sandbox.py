@@ -9,6 +9,7 @@ import resource
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from multiprocessing.context import ForkServerContext
+from multiprocessing.forkserver import ensure_running
 
 import numpy as np
 
@@ -33,6 +34,10 @@ class Sandbox:
     def __init__(self) -> None:
         self._context: ForkServerContext = get_context("forkserver")
         self._context.set_forkserver_preload(["app.formats.instrument", "app.sandbox"])
+
+    def start(self) -> None:
+        """Have the readers imported, without waiting for it."""
+        ensure_running()
 
     def decode(self, data: bytes) -> HeightMap:
         """As :func:`app.uploads.decode`.

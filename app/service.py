@@ -9,6 +9,7 @@ from anyio import CapacityLimiter, to_thread
 from app.content import content_id
 from app.errors import IdempotencyKeyReusedError
 from app.fields import UNITS, FieldName, bundle, picture
+from app.metrics import Metrics
 from app.prediction import Stopwatch, Wanted, predict
 from app.reading import Files, read_problem
 from app.requests import Output, PredictionForm, SolveForm, SweepForm
@@ -36,6 +37,7 @@ from worker.arrays import Field, from_npy, npy
 from worker.connection import connect
 from worker.errors import JobNotFoundError, ResultNotFoundError
 from worker.jobs import JobState, VerificationQueue
+from worker.logs import request_id
 from worker.masks import mask_from_png, mask_png
 from worker.parcel import FieldName as SolveField
 from worker.parcel import Parcel
@@ -57,9 +59,14 @@ class Service:
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
         self.store = ResultStore(settings.state_path / "results", settings.retention_s)
+        self.metrics = Metrics(self._queue)
         self._limiter = CapacityLimiter(PREDICTIONS_AT_ONCE)
         self._sandbox = Sandbox()
-        self._surrogate: Surrogate | WeightsError
+        self._surrogate: Surrogate | WeightsError = WeightsError("The service has not started yet.")
+
+    def start(self) -> None:
+        """Load the network, and have the readers of files imported meanwhile."""
+        self._sandbox.start()
         try:
             self._surrogate = Surrogate.load()
         except WeightsError as error:
@@ -141,12 +148,14 @@ class Service:
             bundle_url=f"{url}/bundle.nc",
             verification=verification,
         )
+        self.metrics.predicted(answer)
         self.store.put(prediction_id, stored | {PREDICTION: answer.model_dump_json().encode()})
         return self._with_mask(answer, form)
 
     def _verified(self, problem: ContactProblem, mask: BoolArray, form: PredictionForm) -> JobLink:
         """The verification of a prediction, queued."""
-        return _job_link(self._queue().enqueue(Parcel(problem, mask, form.resistivity_ohm_m)))
+        parcel = Parcel(problem, mask, form.resistivity_ohm_m, model=self.surrogate.version)
+        return _job_link(self._queue().enqueue(parcel, request_id=request_id.get()))
 
     def _lives(self, job_id: str) -> bool:
         """Whether a job has not ended without a result."""
@@ -205,7 +214,7 @@ class Service:
                 raise IdempotencyKeyReusedError("This idempotency key stands for another request; choose a new one.")
             if first != job_id:
                 return SolveAnswer(job=_job_link(first), surface=reading.surface, warnings=reading.warnings)
-        self._queue().enqueue(parcel, job_id)
+        self._queue().enqueue(parcel, job_id, request_id.get())
         return SolveAnswer(job=_job_link(job_id), surface=reading.surface, warnings=reading.warnings)
 
     async def sweep(self, files: Files, form: SweepForm) -> tuple[SweepAnswer, AsyncIterator[SweepPoint]]:

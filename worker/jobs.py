@@ -7,12 +7,14 @@ from datetime import datetime
 from typing import Any, Literal, cast
 
 from redis import Redis
+from rq import Worker
 from rq.exceptions import NoSuchJobError
 from rq.job import Job, JobStatus
 
 from worker.connection import redis_failures
 from worker.errors import JobNotFoundError, QueueFullError
 from worker.job_queue import JobQueue
+from worker.outcomes import Outcomes
 from worker.parcel import FieldName, JobKeys, Parcel
 from worker.settings import Settings
 from worker.store import is_id, new_id
@@ -73,12 +75,13 @@ class VerificationQueue:
         self.queue = JobQueue(connection, settings.job_timeout_s)
 
     @redis_failures()
-    def enqueue(self, parcel: Parcel, job_id: str | None = None) -> str:
+    def enqueue(self, parcel: Parcel, job_id: str | None = None, request_id: str | None = None) -> str:
         """Queue a reference solve, which verifies the prediction that is in the parcel if one is; returns the job's id.
 
         Args:
             parcel: what to solve.
             job_id: see ``worker.store.new_id``; a new one if left out.
+            request_id: of the request that asked for it, for the worker's log.
 
         Raises:
             QueueFullError: as many jobs as may wait are waiting, or their problems fill the memory of the Redis.
@@ -89,7 +92,13 @@ class VerificationQueue:
         JobKeys(self.connection, job_id).send_parcel(parcel, keep_s)
         rows, columns = parcel.problem.shape
         kind: JobKind = "solve" if parcel.predicted_mask is None else "verification"
-        self.queue.submit("worker.verification.verify", job_id, f"{kind} {rows} x {columns}", keep_s, meta={"kind": kind})
+        self.queue.submit(
+            "worker.verification.verify",
+            job_id,
+            f"{kind} {rows} x {columns}",
+            keep_s,
+            meta={"kind": kind, "request_id": request_id},
+        )
         self.connection.zadd(INDEX, {job_id: time.time()})
         self.connection.zremrangebyscore(INDEX, 0, time.time() - keep_s)
         return job_id
@@ -118,6 +127,24 @@ class VerificationQueue:
             with suppress(JobNotFoundError):  # it has just expired
                 found.append(self.state(name.decode()))
         return found
+
+    @redis_failures()
+    def waiting(self) -> int:
+        """Number of jobs that wait.
+
+        Raises:
+            QueueUnavailableError: Redis fails.
+        """
+        return int(self.queue.count)
+
+    @redis_failures()
+    def workers(self) -> int:
+        """Number of workers whose heartbeat is heard.
+
+        Raises:
+            QueueUnavailableError: Redis fails.
+        """
+        return Worker.count(queue=self.queue)
 
     @redis_failures()
     def state(self, job_id: str) -> JobState:
@@ -167,6 +194,7 @@ class VerificationQueue:
                 job.set_status(JobStatus.CANCELED)
                 job.cleanup(self.settings.retention_s, remove_from_queue=False)
                 keys.drop_parcel()
+                Outcomes(self.connection).count("canceled")
         return self.state(job_id)
 
     @redis_failures()

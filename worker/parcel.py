@@ -29,12 +29,14 @@ class Parcel:
         predicted_mask: to compare the solution with, shape (rows, columns); None if nothing was predicted.
         resistivity: in ohm m; None if no resistance is asked for.
         outputs: what else.
+        model: version of what predicted; empty if nothing was.
     """
 
     problem: ContactProblem
     predicted_mask: BoolArray | None = None
     resistivity: float | None = None
     outputs: tuple[Output, ...] = ()
+    model: str = ""
 
     def pack(self) -> bytes:
         """As an NPZ file, not compressed: heights of 16 bits shrink by a fifth only, at 50 ms for 512 x 512."""
@@ -49,6 +51,7 @@ class Parcel:
             hardness=np.array([] if self.problem.hardness is None else [self.problem.hardness]),
             predicted_mask=np.array([]) if self.predicted_mask is None else self.predicted_mask,
             outputs=np.array(self.outputs, dtype=np.str_),
+            model=np.array(self.model, dtype=np.str_),
             resistivity=np.array([] if self.resistivity is None else [self.resistivity]),
         )
         return file.getvalue()
@@ -73,6 +76,7 @@ class Parcel:
                 predicted if predicted.size else None,
                 resistivity[0] if resistivity else None,
                 tuple(arrays["outputs"].tolist()),
+                arrays["model"].item(),
             )
 
 

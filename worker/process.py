@@ -17,6 +17,8 @@ from worker import verification  # noqa: F401 (imported here, before the forks, 
 from worker.connection import connect
 from worker.job_queue import SHARDS, JobQueue
 from worker.lifetime import die_with_parent
+from worker.logs import log_as_json, request_id
+from worker.outcomes import Outcomes
 from worker.parcel import JobKeys
 from worker.settings import Settings
 
@@ -49,6 +51,7 @@ class VerificationWorker(Worker):
     def main_work_horse(self, job: Job, queue: Queue) -> None:
         """The forked child: it ends with its worker, also if that is killed."""
         die_with_parent(self.process_id)
+        request_id.set(job.meta.get("request_id"))
         super().main_work_horse(job, queue)
 
 
@@ -57,6 +60,7 @@ def fail_for_good(job: Job, kind: type[BaseException], error: BaseException, tra
     if kind is not AbandonedJobError:
         job.retries_left = 0
         JobKeys(job.connection, job.id).drop_parcel()
+        Outcomes(job.connection).count("failed")
 
 
 def run_worker(settings: Settings) -> None:
@@ -65,5 +69,6 @@ def run_worker(settings: Settings) -> None:
     Raises:
         QueueUnavailableError: Redis does not answer.
     """
+    log_as_json()
     logging.getLogger("rq.worker").addFilter(lambda record: "cleaning registries" not in record.getMessage())
     VerificationWorker(connect(settings)).work(logging_level="INFO")

@@ -15,6 +15,7 @@ from solver.problem import FloatArray
 from worker.arrays import npy
 from worker.errors import JobNotFoundError
 from worker.masks import mask_png
+from worker.outcomes import Outcomes
 from worker.parcel import FieldName, JobKeys, Parcel
 from worker.statistics import resistances, statistics
 
@@ -62,17 +63,21 @@ def verify() -> dict[str, Any] | None:
         return None
     if finished := job.return_value():
         return dict(finished)
-    parcel = keys.receive_parcel()
+    parcel, outcomes = keys.receive_parcel(), Outcomes(job.connection)
     try:
         result, solution = solve_and_compare(parcel, _Reporter(job, keys))
     except CanceledError:
         keys.drop_parcel()
+        outcomes.count("canceled")
         return None
     job.connection.set(keys.reference_mask, mask_png(solution.contact_mask), ex=job.result_ttl)
     fields: dict[FieldName, FloatArray] = {"pressure": solution.pressure, "gap": solution.gap}
     for name, values in fields.items():
         if name in parcel.outputs:
             job.connection.set(keys.fields[name], npy(values), ex=job.result_ttl)
+    outcomes.count("finished")
+    if result["comparison"] is not None and solution.converged:
+        outcomes.count_verification(parcel.model, result["comparison"]["dice"])
     keys.expire_parcel()
     return result
 

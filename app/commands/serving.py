@@ -20,6 +20,7 @@ def serve() -> None:
     import uvicorn
 
     from app.main import create_app
+    from worker.logs import log_as_json
 
     settings = read_settings()
     signal.signal(signal.SIGTERM, _leave)  # uvicorn hands the signal on when it is done
@@ -27,7 +28,8 @@ def serve() -> None:
         if settings.redis_url is None:
             stack.enter_context(EmbeddedRedis(settings.state_path))
         stack.enter_context(WorkerSupervisor(settings, settings.workers))
-        uvicorn.run(create_app(settings), host=settings.host, port=settings.port)
+        log_as_json()
+        uvicorn.run(create_app(settings), host=settings.host, port=settings.port, log_config=None)
 
 
 def worker() -> None:

@@ -1,6 +1,7 @@
-"""Liveness and readiness."""
+"""Liveness, readiness and metrics."""
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Response
+from prometheus_client import CONTENT_TYPE_LATEST
 from pydantic import BaseModel
 
 from app.routes.dependencies import ServiceDependency
@@ -26,3 +27,9 @@ def readyz(service: ServiceDependency) -> Health:
     """Whether predictions and verifications can be made: weights loaded, queue reachable; 503 with the cause if not."""
     service.check()
     return Health(status="ok", model=service.surrogate.version)
+
+
+@router.get("/metrics", response_class=Response, responses={200: {"content": {"text/plain": {}}}})
+def metrics(service: ServiceDependency) -> Response:
+    """Latency by stage, queue depth, outcomes of jobs, and Dice of finished verifications by model, for Prometheus."""
+    return Response(service.metrics.text(), media_type=CONTENT_TYPE_LATEST)

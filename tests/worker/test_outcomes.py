@@ -1,0 +1,42 @@
+"""How jobs ended, counted in a real Redis."""
+
+from redis import Redis
+
+from tests.worker.conftest import Wait, ended, rough, worker
+from worker.jobs import VerificationQueue
+from worker.outcomes import Outcomes
+from worker.parcel import Parcel
+from worker.settings import Settings
+
+
+def test_counts_add_up(connection: Redis) -> None:
+    outcomes = Outcomes(connection)
+    assert outcomes.read().ended == {}
+    outcomes.count("finished")
+    outcomes.count("finished")
+    outcomes.count("failed")
+    outcomes.count_verification("net-1", 0.75)
+    outcomes.count_verification("net-1", 1.0)
+    found = outcomes.read()
+    assert found.ended == {"finished": 2, "failed": 1}
+    assert found.dice_errors == {"net-1": (2, 0.25)}
+
+
+def test_each_end_of_a_job_is_counted_once(
+    queue: VerificationQueue, settings: Settings, connection: Redis, wait_for: Wait
+) -> None:
+    waiting = queue.enqueue(Parcel(rough(32)))
+    queue.cancel(waiting)
+    lost = queue.enqueue(Parcel(rough(32, seed=2)))
+    connection.delete(f"asperity:parcel:{lost}")
+    solve = queue.enqueue(Parcel(rough(32, seed=3)))
+    predicted = rough(32).heights > 0
+    verification = queue.enqueue(Parcel(rough(32, seed=4), predicted, model="net-1"))
+    with worker(settings):
+        states = [wait_for(job_id, ended) for job_id in (waiting, lost, solve, verification)]
+        assert [state.status for state in states] == ["canceled", "failed", "finished", "finished"]
+        assert queue.workers() == 1
+    found = Outcomes(connection).read()
+    assert found.ended == {"canceled": 1, "failed": 1, "finished": 2}
+    assert found.dice_errors["net-1"][0] == 1
+    assert queue.waiting() == 0
