@@ -12,7 +12,7 @@ import typer
 from app.commands.benchmark import benchmark
 from app.commands.contact import predict, solve
 from app.commands.offline import dataset, evaluate, train
-from app.commands.serving import serve, worker
+from app.commands.serving import key, serve, worker
 from app.forms import ProblemForm
 from solver.errors import AsperityError, NotConvergedError
 
@@ -22,7 +22,7 @@ cli = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (serve, worker, predict, solve, dataset, train, evaluate, benchmark):
+for command in (serve, worker, key, predict, solve, dataset, train, evaluate, benchmark):
     cli.command()(command)
 
 FIELD_NAME = re.compile(rf"\b({'|'.join(name for name in ProblemForm.model_fields if '_' in name)})\b")

@@ -49,12 +49,51 @@ class IdempotencyKeyReusedError(AsperityError):
     http_status = 422
 
 
+class UnauthorizedError(AsperityError):
+    """No API key, or an unknown one, where one is required."""
+
+    code = "unauthorized"
+    title = "An API key is required"
+    http_status = 401
+
+
+class ForbiddenError(AsperityError):
+    """An API key that does not allow this."""
+
+    code = "forbidden"
+    title = "The API key does not allow this"
+    http_status = 403
+
+
+class RateLimitedError(AsperityError):
+    """More requests than a client may make in a minute."""
+
+    code = "rate-limited"
+    title = "Too many requests"
+    http_status = 429
+
+
+class BusyError(AsperityError):
+    """More requests wait to be computed than may wait."""
+
+    code = "busy"
+    title = "The service is busy"
+    http_status = 503
+
+
 class UploadError(AsperityError):
     """A file that cannot be read as a height map."""
 
     code = "invalid-upload"
     title = "The file cannot be read as a height map"
     http_status = 422
+
+
+class ArchiveError(UploadError):
+    """A file that cannot be read as an archive of height maps."""
+
+    code = "invalid-archive"
+    title = "The archive cannot be read"
 
 
 class UploadTooLargeError(UploadError):

@@ -5,14 +5,16 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from importlib.metadata import version
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 from fastapi.staticfiles import StaticFiles
 from fastapi_swagger import patch_fastapi
 
 from app.body_limit import BodyLimit
+from app.keys import Gate, authorize
 from app.observation import Observation
-from app.problems import MEDIA_TYPE, Problem, add_problem_handlers
-from app.routes import health, jobs, models, pages, predictions, solves, sweeps
+from app.problem import MEDIA_TYPE, Problem
+from app.problems import add_problem_handlers
+from app.routes import batches, health, jobs, models, pages, predictions, solves, sweeps
 from app.service import Service
 from app.settings import Settings
 
@@ -38,10 +40,13 @@ def create_app(settings: Settings) -> FastAPI:
         responses={"default": {"model": Problem, "description": "A problem document", "content": {MEDIA_TYPE: {}}}},
     )
     app.state.service = service
+    app.state.gate = Gate(settings.api_keys, settings.requests_per_minute)
     app.add_middleware(BodyLimit, limit_mib=settings.upload_limit_mib)
     app.add_middleware(Observation, metrics=service.metrics)
     add_problem_handlers(app)
-    for routes in (predictions, sweeps, solves, jobs, models, health, pages):
+    for routes in (predictions, sweeps, solves, batches, jobs, models):
+        app.include_router(routes.router, dependencies=[Depends(authorize)])
+    for routes in (health, pages):
         app.include_router(routes.router)
     patch_fastapi(app, redirect_from_root_to_docs=False)
     app.mount("/web", StaticFiles(directory=pages.WEB))

@@ -6,12 +6,12 @@ from http import HTTPStatus
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
-from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException
 
-from app.errors import InvalidFormError, UploadError
+from app.errors import ArchiveError, InvalidFormError, UploadError
 from app.forms import field_errors
-from app.requests import PredictionForm, SolveForm, SweepForm
+from app.problem import MEDIA_TYPE, FieldProblem, Problem
+from app.requests import BatchForm, PredictionForm, SolveForm, SweepForm
 from solver.errors import (
     AsperityError,
     InvalidHeightsError,
@@ -20,10 +20,10 @@ from solver.errors import (
     InvalidPixelSizeError,
 )
 
-MEDIA_TYPE = "application/problem+json"
 RETRY_AFTER_SECONDS = 10
 
 FIELD_OF: dict[type[AsperityError], str] = {
+    ArchiveError: "archive",
     UploadError: "surface",
     InvalidHeightsError: "surface",
     InvalidLoadError: "load_n",
@@ -32,29 +32,10 @@ FIELD_OF: dict[type[AsperityError], str] = {
 }
 """Field of the form that an error of the lower floors concerns."""
 
-FORMS = (PredictionForm, SolveForm, SweepForm)
+FORMS = (PredictionForm, SolveForm, SweepForm, BatchForm)
 """Forms whose fields have a meaning to tell."""
 
 logger = logging.getLogger(__name__)
-
-
-class FieldProblem(BaseModel):
-    """What is wrong with one field of the request."""
-
-    field: str
-    code: str
-    detail: str
-
-
-class Problem(BaseModel):
-    """A problem document."""
-
-    type: str = Field(description="stable URI of the kind of problem, /problems/<code>")
-    title: str
-    status: int
-    detail: str = Field(description="what is wrong and what to change")
-    instance: str = Field(description="path of the request")
-    errors: list[FieldProblem] = Field(description="the same by field, where fields of the request are concerned")
 
 
 def add_problem_handlers(app: FastAPI) -> None:
@@ -71,7 +52,7 @@ def problem_of(error: AsperityError, instance: str) -> Problem:
     if isinstance(error, InvalidFormError):
         errors = [FieldProblem(field=each.field, code=each.code, detail=each.detail) for each in error.errors]
     else:
-        fields = [field for kind, field in FIELD_OF.items() if isinstance(error, kind)]
+        fields = [field for kind, field in FIELD_OF.items() if isinstance(error, kind)][:1]
         errors = [FieldProblem(field=field, code=error.code, detail=detail) for field in fields]
     return Problem(
         type=f"/problems/{error.code}",
@@ -131,6 +112,8 @@ def _on_bug(request: Request, error: Exception) -> JSONResponse:
 
 def _response(problem: Problem, headers: dict[str, str] | None = None) -> JSONResponse:
     headers = headers or {}
-    if problem.status == HTTPStatus.SERVICE_UNAVAILABLE:
+    if problem.status in (HTTPStatus.SERVICE_UNAVAILABLE, HTTPStatus.TOO_MANY_REQUESTS):
         headers["Retry-After"] = str(RETRY_AFTER_SECONDS)
+    if problem.status == HTTPStatus.UNAUTHORIZED:
+        headers["WWW-Authenticate"] = "Bearer"
     return JSONResponse(problem.model_dump(), problem.status, headers, MEDIA_TYPE)

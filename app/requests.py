@@ -83,8 +83,8 @@ class FilesForm(BaseModel):
         return Files(await self.surface.read(), await self.surface_2.read() if self.surface_2 else None)
 
 
-class PredictionForm(ProblemForm, FilesForm):
-    """A contact problem with its height map, as multipart form."""
+class PredictionFields(ProblemForm):
+    """A contact problem without its height map, and what is wanted of its prediction."""
 
     accuracy: AccuracyField = Field("balanced", description=ACCURACY)
     verify: bool = Field(True, description="true or false: whether the reference solver checks the prediction")
@@ -94,6 +94,17 @@ class PredictionForm(ProblemForm, FilesForm):
     )
 
     _resistances = field_validator("outputs")(_check_resistivity)
+
+
+class PredictionForm(PredictionFields, FilesForm):
+    """A contact problem with its height map, as multipart form."""
+
+
+class BatchForm(PredictionFields):
+    """Many height maps under one load, of one material, as multipart form."""
+
+    archive: UploadFile = Field(description="zip file of height maps, each as surface would be")
+    verify: bool = Field(False, description="true or false: whether the reference solver checks the predictions")
 
 
 class SolveForm(ProblemForm, FilesForm):

@@ -6,6 +6,7 @@ from typing import Generic, Literal, TypeVar
 from pydantic import BaseModel, Field
 
 from app.fields import FieldName
+from app.problem import Problem
 from app.surface import Surface
 from worker.statistics import Resistances, RoughnessParameters, Statistics
 
@@ -144,6 +145,14 @@ class Page(BaseModel, Generic[Item]):
 
     items: list[Item]
     next: str | None = Field(description="URL of the next page; null on the last")
+
+
+class BatchItem(BaseModel):
+    """One height map of an archive: its prediction, or why there is none."""
+
+    file: str
+    prediction: PredictionAnswer | None
+    problem: Problem | None
 
 
 class SweepPoint(BaseModel):

@@ -3,6 +3,7 @@
 from pydantic import Field, NonNegativeInt, PositiveInt, ValidationError
 
 from app.errors import InvalidSettingsError
+from app.keys import ApiKey
 from worker.settings import Settings as WorkerSettings
 
 
@@ -13,6 +14,15 @@ class Settings(WorkerSettings):
     port: PositiveInt = Field(default=8000, le=65535, description="port to listen on")
     workers: NonNegativeInt = Field(default=1, description="worker processes that `asperity serve` keeps running")
     upload_limit_mib: PositiveInt = Field(default=64, description="largest upload, in MiB")
+    requests_waiting: PositiveInt = Field(
+        default=1000, description="requests that may wait to be computed before new ones are refused"
+    )
+    requests_per_minute: PositiveInt | None = Field(
+        default=None, description="requests a minute and address, where no API keys are required; any number if left out"
+    )
+    api_keys: list[ApiKey] = Field(
+        default=[], description="keys that are required, as JSON; see `asperity key`; none are if left out"
+    )
 
 
 def read_settings() -> Settings:

@@ -1,10 +1,12 @@
 """One surface under many loads: what changes with the load, point by point."""
 
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Iterator
 from dataclasses import replace
 
+from app.reading import Files, read_problem
 from app.requests import SweepForm
-from app.schemas import SweepPoint
+from app.schemas import SweepAnswer, SweepPoint
+from app.service import Service
 from model import Surrogate
 from model.prediction import Prediction
 from solver import ContactProblem, boyer_resistance
@@ -12,6 +14,23 @@ from solver.contact_statistics import contact_spots
 from solver.errors import AsperityError
 from solver.stiffness import contact_stiffness
 from worker.statistics import solution_of
+
+
+async def sweep(service: Service, files: Files, form: SweepForm) -> tuple[SweepAnswer, AsyncIterator[SweepPoint]]:
+    """Predict for many loads.
+
+    Returns:
+        The answer without its points, and the points as they are computed.
+
+    Raises:
+        AsperityError: bad input.
+    """
+    load = form.loads[0]
+    reading = await service.in_thread(read_problem, files, form, load, service.sandbox.decode)
+    surrogate = service.surrogate
+    points = sweep_points(surrogate, reading.problem, form)
+    answer = SweepAnswer(model=surrogate.version, surface=reading.surface, warnings=reading.warnings, points=[])
+    return answer, service.one_by_one(points)
 
 
 def sweep_points(surrogate: Surrogate, problem: ContactProblem, form: SweepForm) -> Iterator[SweepPoint]:

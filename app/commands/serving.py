@@ -4,7 +4,11 @@ import signal
 import sys
 from contextlib import ExitStack
 from types import FrameType
+from typing import Annotated
 
+import typer
+
+from app.keys import new_key
 from app.settings import read_settings
 from worker.embedded_redis import EmbeddedRedis
 from worker.process import run_worker
@@ -30,6 +34,13 @@ def serve() -> None:
         stack.enter_context(WorkerSupervisor(settings, settings.workers))
         log_as_json()
         uvicorn.run(create_app(settings), host=settings.host, port=settings.port, log_config=None)
+
+
+def key(name: Annotated[str, typer.Argument(help="Of the client that will use it.")]) -> None:
+    """Make an API key: the secret for the client, and what ASPERITY_API_KEYS, a JSON list, must hold of it."""
+    secret, known = new_key(name)
+    typer.echo(f"key for {name}, shown only now: {secret}")
+    typer.echo(f"ASPERITY_API_KEYS='[{known.model_dump_json(exclude_none=True)}]'")
 
 
 def worker() -> None:

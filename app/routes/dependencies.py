@@ -4,6 +4,8 @@ from typing import Annotated
 
 from fastapi import Depends, Header, Query, Request
 
+from app.jobs import Jobs
+from app.predictions import Predictions
 from app.service import Service
 
 
@@ -16,3 +18,15 @@ Limit = Annotated[int, Query(ge=1, le=100, description="items a page")]
 Before = Annotated[str | None, Query(description="id of an item; older ones are listed")]
 IdempotencyKey = Annotated[str | None, Header(max_length=255, description="the same key and request count once")]
 ServiceDependency = Annotated[Service, Depends(_service)]
+
+
+def _predictions(service: ServiceDependency) -> Predictions:
+    return Predictions(service)
+
+
+def _jobs(service: ServiceDependency) -> Jobs:
+    return Jobs(service)
+
+
+PredictionsDependency = Annotated[Predictions, Depends(_predictions)]
+JobsDependency = Annotated[Jobs, Depends(_jobs)]

@@ -8,7 +8,7 @@ from anyio import to_thread
 from fastapi import APIRouter, Depends, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
-from app.routes.dependencies import Before, Limit, ServiceDependency
+from app.routes.dependencies import Before, JobsDependency, Limit
 from app.schemas import JobAnswer, Page
 from worker.parcel import FieldName
 
@@ -20,43 +20,41 @@ router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
 
 @router.get("")
-def list_jobs(service: ServiceDependency, limit: Limit = 20, before: Before = None) -> Page[JobAnswer]:
+def list_jobs(jobs: JobsDependency, limit: Limit = 20, before: Before = None) -> Page[JobAnswer]:
     """All jobs that are kept, newest first."""
-    return service.jobs(limit, before)
+    return jobs.newest(limit, before)
 
 
 @router.get("/{job_id}")
-def read_job(job_id: str, service: ServiceDependency) -> JobAnswer:
+def read_job(job_id: str, jobs: JobsDependency) -> JobAnswer:
     """Status, progress and, once finished, the reference and its comparison with the prediction."""
-    return service.job(job_id)
+    return jobs.read(job_id)
 
 
 @router.get("/{job_id}/events", response_class=EventSourceResponse)
-async def follow_job(
-    job: Annotated[JobAnswer, Depends(read_job)], service: ServiceDependency
-) -> AsyncIterator[ServerSentEvent]:
+async def follow_job(job: Annotated[JobAnswer, Depends(read_job)], jobs: JobsDependency) -> AsyncIterator[ServerSentEvent]:
     """The job now and each time that it has changed, as server-sent events named by its status, until it has ended."""
     yield ServerSentEvent(data=job, event=job.status)
     while job.status not in ENDED:
         await asyncio.sleep(LOOK_EVERY_S)
-        before, job = job, await to_thread.run_sync(service.job, job.id)
+        before, job = job, await to_thread.run_sync(jobs.read, job.id)
         if job != before:
             yield ServerSentEvent(data=job, event=job.status)
 
 
 @router.delete("/{job_id}")
-def cancel_job(job_id: str, service: ServiceDependency) -> JobAnswer:
+def cancel_job(job_id: str, jobs: JobsDependency) -> JobAnswer:
     """Cancel a job, whether it waits or runs."""
-    return service.cancel(job_id)
+    return jobs.cancel(job_id)
 
 
 @router.get("/{job_id}/mask.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
-def read_reference_mask(job_id: str, service: ServiceDependency) -> Response:
+def read_reference_mask(job_id: str, jobs: JobsDependency) -> Response:
     """The reference mask of a finished job: 1-bit PNG, white in contact."""
-    return Response(service.reference_mask(job_id), media_type="image/png")
+    return Response(jobs.reference_mask(job_id), media_type="image/png")
 
 
 @router.get("/{job_id}/{name}.npy", response_class=Response, responses={200: {"content": {NPY: {}}}})
-def read_field(job_id: str, name: FieldName, service: ServiceDependency) -> Response:
+def read_field(job_id: str, name: FieldName, jobs: JobsDependency) -> Response:
     """A field of the reference solution that was asked for by outputs: a NumPy array, in SI units."""
-    return Response(service.job_field(job_id, name), media_type=NPY)
+    return Response(jobs.field(job_id, name), media_type=NPY)

@@ -6,7 +6,7 @@ from fastapi import APIRouter, Form, Response
 
 from app.fields import FieldName
 from app.requests import PredictionForm
-from app.routes.dependencies import Before, IdempotencyKey, Limit, ServiceDependency
+from app.routes.dependencies import Before, IdempotencyKey, Limit, PredictionsDependency
 from app.schemas import Page, PredictionAnswer
 
 NPY, NETCDF = "application/x-npy", "application/x-netcdf"
@@ -17,7 +17,7 @@ router = APIRouter(prefix="/v1/predictions", tags=["predictions"])
 @router.post("")
 async def make_prediction(
     form: Annotated[PredictionForm, Form(media_type="multipart/form-data")],
-    service: ServiceDependency,
+    predictions: PredictionsDependency,
     response: Response,
     idempotency_key: IdempotencyKey = None,
 ) -> PredictionAnswer:
@@ -25,42 +25,42 @@ async def make_prediction(
 
     The same upload with the same fields is computed once; the header `Asperity-Cache` says `hit` where it was there.
     """
-    answer, known = await service.predict(await form.files(), form, idempotency_key)
+    answer, known = await predictions.predict(await form.files(), form, idempotency_key)
     response.headers["Asperity-Cache"] = "hit" if known else "miss"
     return answer
 
 
 @router.get("")
-def list_predictions(service: ServiceDependency, limit: Limit = 20, before: Before = None) -> Page[PredictionAnswer]:
+def list_predictions(predictions: PredictionsDependency, limit: Limit = 20, before: Before = None) -> Page[PredictionAnswer]:
     """All predictions that are kept, newest first."""
-    return service.predictions(limit, before)
+    return predictions.newest(limit, before)
 
 
 @router.get("/{prediction_id}")
-def read_prediction(prediction_id: str, service: ServiceDependency) -> PredictionAnswer:
+def read_prediction(prediction_id: str, predictions: PredictionsDependency) -> PredictionAnswer:
     """The answer that was given."""
-    return service.prediction(prediction_id)
+    return predictions.read(prediction_id)
 
 
 @router.get("/{prediction_id}/mask.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
-def read_mask(prediction_id: str, service: ServiceDependency) -> Response:
+def read_mask(prediction_id: str, predictions: PredictionsDependency) -> Response:
     """The predicted mask: 1-bit PNG, white in contact, rows and columns as uploaded."""
-    return Response(service.mask(prediction_id), media_type="image/png")
+    return Response(predictions.mask(prediction_id), media_type="image/png")
 
 
 @router.get("/{prediction_id}/{name}.npy", response_class=Response, responses={200: {"content": {NPY: {}}}})
-def read_field(prediction_id: str, name: FieldName, service: ServiceDependency) -> Response:
+def read_field(prediction_id: str, name: FieldName, predictions: PredictionsDependency) -> Response:
     """A field that was asked for by outputs: a NumPy array, in SI units."""
-    return Response(service.field_npy(prediction_id, name), media_type=NPY)
+    return Response(predictions.field_npy(prediction_id, name), media_type=NPY)
 
 
 @router.get("/{prediction_id}/{name}.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
-def read_picture(prediction_id: str, name: FieldName, service: ServiceDependency) -> Response:
+def read_picture(prediction_id: str, name: FieldName, predictions: PredictionsDependency) -> Response:
     """The same as a 16-bit grey PNG; what black and white mean is in the prediction."""
-    return Response(service.field_png(prediction_id, name), media_type="image/png")
+    return Response(predictions.field_png(prediction_id, name), media_type="image/png")
 
 
 @router.get("/{prediction_id}/bundle.nc", response_class=Response, responses={200: {"content": {NETCDF: {}}}})
-def read_bundle(prediction_id: str, service: ServiceDependency) -> Response:
+def read_bundle(prediction_id: str, predictions: PredictionsDependency) -> Response:
     """The mask and all fields that were asked for: a netCDF 3 file with a unit on every variable."""
-    return Response(service.bundle(prediction_id), media_type=NETCDF)
+    return Response(predictions.bundle(prediction_id), media_type=NETCDF)

@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import APIRouter, Form
 
 from app.requests import SolveForm
-from app.routes.dependencies import IdempotencyKey, ServiceDependency
+from app.routes.dependencies import IdempotencyKey, JobsDependency
 from app.schemas import SolveAnswer
 
 router = APIRouter(prefix="/v1/solves", tags=["solves"])
@@ -14,8 +14,8 @@ router = APIRouter(prefix="/v1/solves", tags=["solves"])
 @router.post("", status_code=202)
 async def queue_solve(
     form: Annotated[SolveForm, Form(media_type="multipart/form-data")],
-    service: ServiceDependency,
+    jobs: JobsDependency,
     idempotency_key: IdempotencyKey = None,
 ) -> SolveAnswer:
     """Queue a reference solve; its job says where it stands, and in the end holds the solution."""
-    return await service.solve(await form.files(), form, idempotency_key)
+    return await jobs.solve(await form.files(), form, idempotency_key)

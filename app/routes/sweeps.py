@@ -11,6 +11,7 @@ from fastapi.responses import StreamingResponse
 from app.requests import SweepForm
 from app.routes.dependencies import ServiceDependency
 from app.schemas import SweepAnswer, SweepPoint
+from app.sweep import sweep as compute_sweep
 
 CSV = "text/csv"
 
@@ -28,7 +29,7 @@ async def sweep(
     accept: Annotated[str, Header()] = "*/*",
 ) -> StreamingResponse:
     """Area, resistance, stiffness and spots against load; each point is sent as soon as it is computed."""
-    answer, points = await service.sweep(await form.files(), form)
+    answer, points = await compute_sweep(service, await form.files(), form)
     if accept.startswith(CSV):
         return StreamingResponse(_as_csv(points), media_type=CSV)
     return StreamingResponse(_as_json(answer, points), media_type="application/json")
