@@ -7,7 +7,7 @@ from pydantic import BaseModel
 
 from app.reading import Files
 
-DELIVERY = {"surface", "surface_2", "archive", "verify", "inline_mask"}
+DELIVERY = {"surface", "surface_2", "archive", "webhook_url", "verify", "inline_mask"}
 """Fields that do not change what is computed; of the files the contents count."""
 
 

@@ -1,6 +1,10 @@
 """Jobs: reference solves queued, followed, canceled, and read."""
 
+import asyncio
+import time
 from dataclasses import asdict
+
+from anyio import to_thread
 
 from app.content import content_id
 from app.errors import IdempotencyKeyReusedError
@@ -13,6 +17,9 @@ from worker.logs import request_id
 from worker.parcel import FieldName as SolveField
 from worker.parcel import Parcel
 from worker.store import new_id
+
+ENDED = ("finished", "failed", "canceled")
+LOOK_EVERY_S = 0.1
 
 
 class Jobs:
@@ -40,8 +47,21 @@ class Jobs:
                 raise IdempotencyKeyReusedError("This idempotency key stands for another request; choose a new one.")
             if first != job_id:
                 return SolveAnswer(job=job_link(first), surface=reading.surface, warnings=reading.warnings)
-        self.service.queue().enqueue(parcel, job_id, request_id.get())
+        self.service.queue().enqueue(parcel, job_id, request_id.get(), form.webhook_url)
         return SolveAnswer(job=job_link(job_id), surface=reading.surface, warnings=reading.warnings)
+
+    async def waited(self, link: JobLink, seconds: float) -> JobLink:
+        """A job with where it stands once it has ended, or the time is over.
+
+        Raises:
+            JobNotFoundError, QueueUnavailableError: there is no such job, or no queue.
+        """
+        deadline = time.monotonic() + seconds
+        while True:
+            state = await to_thread.run_sync(self.read, link.job_id)
+            if state.status in ENDED or time.monotonic() >= deadline:
+                return link.model_copy(update={"state": state})
+            await asyncio.sleep(LOOK_EVERY_S)
 
     def read(self, job_id: str) -> JobAnswer:
         """Where a verification stands.

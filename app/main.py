@@ -14,7 +14,7 @@ from app.keys import Gate, authorize
 from app.observation import Observation
 from app.problem import MEDIA_TYPE, Problem
 from app.problems import add_problem_handlers
-from app.routes import batches, health, jobs, models, pages, predictions, solves, sweeps
+from app.routes import batches, health, jobs, models, pages, predictions, problems, solves, sweeps
 from app.service import Service
 from app.settings import Settings
 
@@ -46,7 +46,7 @@ def create_app(settings: Settings) -> FastAPI:
     add_problem_handlers(app)
     for routes in (predictions, sweeps, solves, batches, jobs, models):
         app.include_router(routes.router, dependencies=[Depends(authorize)])
-    for routes in (health, pages):
+    for routes in (health, problems, pages):
         app.include_router(routes.router)
     patch_fastapi(app, redirect_from_root_to_docs=False)
     app.mount("/web", StaticFiles(directory=pages.WEB))

@@ -98,7 +98,7 @@ class Predictions:
     def _verified(self, problem: ContactProblem, mask: BoolArray, form: PredictionFields) -> JobLink:
         """The verification of a prediction, queued."""
         parcel = Parcel(problem, mask, form.resistivity_ohm_m, model=self.service.surrogate.version)
-        return job_link(self.service.queue().enqueue(parcel, request_id=request_id.get()))
+        return job_link(self.service.queue().enqueue(parcel, None, request_id.get(), form.webhook_url))
 
     def _lives(self, job_id: str) -> bool:
         """Whether a job has not ended without a result."""

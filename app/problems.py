@@ -19,6 +19,7 @@ from solver.errors import (
     InvalidMaterialError,
     InvalidPixelSizeError,
 )
+from worker.errors import WebhookError
 
 RETRY_AFTER_SECONDS = 10
 
@@ -29,6 +30,7 @@ FIELD_OF: dict[type[AsperityError], str] = {
     InvalidLoadError: "load_n",
     InvalidPixelSizeError: "pixel_size_um",
     InvalidMaterialError: "effective_modulus_gpa",
+    WebhookError: "webhook_url",
 }
 """Field of the form that an error of the lower floors concerns."""
 

@@ -70,6 +70,12 @@ ACCURACY = (
 )
 
 
+class JobFields(BaseModel):
+    """What is wanted of a job."""
+
+    webhook_url: str | None = Field(None, description="URL that is told, signed, when the reference solve has ended")
+
+
 class FilesForm(BaseModel):
     """The height maps of a multipart form."""
 
@@ -83,7 +89,7 @@ class FilesForm(BaseModel):
         return Files(await self.surface.read(), await self.surface_2.read() if self.surface_2 else None)
 
 
-class PredictionFields(ProblemForm):
+class PredictionFields(ProblemForm, JobFields):
     """A contact problem without its height map, and what is wanted of its prediction."""
 
     accuracy: AccuracyField = Field("balanced", description=ACCURACY)
@@ -107,7 +113,7 @@ class BatchForm(PredictionFields):
     verify: bool = Field(False, description="true or false: whether the reference solver checks the predictions")
 
 
-class SolveForm(ProblemForm, FilesForm):
+class SolveForm(ProblemForm, FilesForm, JobFields):
     """A contact problem to solve without a prediction."""
 
     outputs: Annotated[list[SolveOutput], PlainValidator(_some_of(SOLVE_OUTPUTS)), TEXT] = Field(

@@ -42,35 +42,6 @@ class Numbers(BaseModel):
     timings_ms: dict[str, float] = Field(description="by stage, and their total")
 
 
-class JobLink(BaseModel):
-    """Where a job can be followed."""
-
-    job_id: str
-    url: str
-    events_url: str = Field(description="the same as server-sent events")
-
-
-class FieldLink(BaseModel):
-    """A field asked for by outputs, as files; in the PNG black is `lowest` and white `highest`."""
-
-    unit: str
-    lowest: float
-    highest: float
-    npy_url: str
-    png_url: str
-
-
-class PredictionAnswer(Numbers):
-    """A stored prediction."""
-
-    id: str
-    mask_url: str = Field(description="1-bit PNG, white in contact, rows and columns as uploaded")
-    mask: str | None = Field(description="the same PNG in base64, if asked for by inline_mask")
-    fields: dict[FieldName, FieldLink] = Field(description="by name")
-    bundle_url: str = Field(description="netCDF file with the mask and the fields, a unit on each")
-    verification: JobLink | None
-
-
 class Progress(BaseModel):
     """How far the reference solve is."""
 
@@ -120,6 +91,36 @@ class JobAnswer(BaseModel):
     created_at: datetime | None
     started_at: datetime | None
     ended_at: datetime | None
+
+
+class JobLink(BaseModel):
+    """Where a job can be followed."""
+
+    job_id: str
+    url: str
+    events_url: str = Field(description="the same as server-sent events")
+    state: JobAnswer | None = Field(default=None, description="where it stood when `Prefer: wait=N` ended")
+
+
+class FieldLink(BaseModel):
+    """A field asked for by outputs, as files; in the PNG black is `lowest` and white `highest`."""
+
+    unit: str
+    lowest: float
+    highest: float
+    npy_url: str
+    png_url: str
+
+
+class PredictionAnswer(Numbers):
+    """A stored prediction."""
+
+    id: str
+    mask_url: str = Field(description="1-bit PNG, white in contact, rows and columns as uploaded")
+    mask: str | None = Field(description="the same PNG in base64, if asked for by inline_mask")
+    fields: dict[FieldName, FieldLink] = Field(description="by name")
+    bundle_url: str = Field(description="netCDF file with the mask and the fields, a unit on each")
+    verification: JobLink | None
 
 
 class SolveAnswer(BaseModel):

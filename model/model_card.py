@@ -28,12 +28,11 @@ def model_card(
         worst: cases.
     """
     manifest = surrogate.weights.manifest
-    training = manifest["training"]
     builds = "\n".join(
         f"    {_build_command(name, data)}" for name, data in manifest["datasets"].items() if "family" in data
     )
     problems = sum(data["count"] for data in manifest["datasets"].values())
-    names = " ".join(f"--data {name}" for name in manifest["datasets"])
+    trainings = "\n".join(_train_command(number, stage) for number, stage in enumerate(manifest["training"], start=1))
     parameters = sum(parameter.numel() for parameter in surrogate.weights.network.parameters())
     drawn = "\n".join(f"![{caption}]({file})\n\n{caption}\n" for file, caption in pictures.items())
     tables = "\n".join(f"### {name.capitalize()}\n\n{table(found)}" for name, found in rows.items())
@@ -51,8 +50,7 @@ anisotropy, skewness, form, lay and noise, both boundaries, loads from first tou
 (`model/families.py`). A tenth of the surface seeds was held out for validation and a tenth for tests.
 
 {builds}
-    asperity train RUN {names} \\
-      --epochs {training["epochs"]} --learning-rate {training["learning_rate"]:g} --seed {training["seed"]}
+{trainings}
 
 **What it reaches** on surfaces it never saw (seeds from {TEST_SEED}; random midpoint surfaces with Hurst exponent 0.5, free
 boundary, E* = 6.843 GPa and 10 to 50 N unless said). BF tolerance {BOUNDARY_TOLERANCE} pixels; resistance by Boyer's
@@ -104,6 +102,16 @@ def _ways(measured: Sequence[Measured]) -> str:
         cells = [f"{found[m].errors['dice'].expected:.4f}, {found[m].milliseconds:.0f}" for m in METHODS]
         lines.append(f"| {pixels} | {load:.2f} | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
+
+
+def _train_command(number: int, stage: Mapping[str, Any]) -> str:
+    """What trains the network, or goes on with what the stage before made."""
+    start = f" --from runs/stage{number - 1}/weights" if stage["start"] else ""
+    names = " ".join(f"--data {name}" for name in stage["data"])
+    return (
+        f"    asperity train runs/stage{number}{start} {names} \\\n"
+        f"      --epochs {stage['epochs']} --learning-rate {stage['learning_rate']:g} --seed {stage['seed']}"
+    )
 
 
 def _build_command(name: str, dataset: dict[str, Any]) -> str:

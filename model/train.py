@@ -29,7 +29,7 @@ from model.metrics import compare
 from model.network import ContactNet
 from model.prepared import Prepared, prepare
 from model.team import join
-from model.weights import load_network, save_weights
+from model.weights import load_network, read_manifest, save_weights, version
 from solver.resistance import boyer_resistance
 
 BATCH_PIXELS = 32 * 128**2
@@ -265,10 +265,12 @@ def trained_domain(grids: list[Prepared]) -> dict[str, list[float]]:
 
 
 def _description(config: TrainConfig, record: dict[str, Any]) -> dict[str, Any]:
-    """What the weights' manifest says of their training."""
+    """What the weights' manifest says of their training, and of that of the weights that it started from."""
+    before = read_manifest(Path(config.start)) if config.start else {"training": [], "datasets": {}}
+    start = version(before) if config.start else None
     return {
-        "training": asdict(config) | {"step": record["step"]},
-        "datasets": {directory: described(Path(directory)) for directory in config.data},
+        "training": [*before["training"], asdict(config) | {"step": record["step"], "start": start}],
+        "datasets": before["datasets"] | {directory: described(Path(directory)) for directory in config.data},
         "validation": record["validation"],
     }
 

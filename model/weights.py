@@ -58,10 +58,10 @@ def load_weights(directory: Path = SHIPPED) -> Weights:
         WeightsError: a file is missing or its hash differs.
     """
     network = load_network(directory)
-    manifest = _manifest(directory)
+    manifest = read_manifest(directory)
     table = directory / MEASURED
     ways = restored(table.read_text(encoding="utf-8")) if table.exists() else None
-    return Weights(network.fuse(), f"{NAME}-{manifest['sha256'][:8]}", manifest, ways)
+    return Weights(network.fuse(), version(manifest), manifest, ways)
 
 
 def load_network(directory: Path) -> ContactNet:
@@ -70,7 +70,7 @@ def load_network(directory: Path) -> ContactNet:
     Raises:
         WeightsError: a file is missing or its hash differs.
     """
-    manifest = _manifest(directory)
+    manifest = read_manifest(directory)
     try:
         data = (directory / "network.safetensors").read_bytes()
     except FileNotFoundError as error:
@@ -86,7 +86,17 @@ def load_network(directory: Path) -> ContactNet:
     return network
 
 
-def _manifest(directory: Path) -> dict[str, Any]:
+def version(manifest: dict[str, Any]) -> str:
+    """Name and start of the hash of weights."""
+    return f"{NAME}-{manifest['sha256'][:8]}"
+
+
+def read_manifest(directory: Path) -> dict[str, Any]:
+    """What is said of weights.
+
+    Raises:
+        WeightsError: there are none.
+    """
     try:
         manifest: dict[str, Any] = json.loads((directory / "manifest.json").read_text(encoding="utf-8"))
     except FileNotFoundError as error:

@@ -19,6 +19,14 @@ class QueueFullError(AsperityError):
     http_status = 503
 
 
+class WebhookError(AsperityError):
+    """A webhook that cannot be, or that was not taken."""
+
+    code = "invalid-webhook"
+    title = "The webhook cannot be used"
+    http_status = 422
+
+
 class JobNotFoundError(AsperityError):
     """No job of that id, or it has expired."""
 

@@ -12,12 +12,13 @@ from rq.exceptions import NoSuchJobError
 from rq.job import Job, JobStatus
 
 from worker.connection import redis_failures
-from worker.errors import JobNotFoundError, QueueFullError
+from worker.errors import JobNotFoundError, QueueFullError, WebhookError
 from worker.job_queue import JobQueue
 from worker.outcomes import Outcomes
 from worker.parcel import FieldName, JobKeys, Parcel
 from worker.settings import Settings
 from worker.store import is_id, new_id
+from worker.webhooks import announce, public_address
 
 JobStatusName = Literal["queued", "started", "finished", "failed", "canceled"]
 
@@ -75,18 +76,28 @@ class VerificationQueue:
         self.queue = JobQueue(connection, settings.job_timeout_s)
 
     @redis_failures()
-    def enqueue(self, parcel: Parcel, job_id: str | None = None, request_id: str | None = None) -> str:
+    def enqueue(
+        self,
+        parcel: Parcel,
+        job_id: str | None = None,
+        request_id: str | None = None,
+        webhook_url: str | None = None,
+    ) -> str:
         """Queue a reference solve, which verifies the prediction that is in the parcel if one is; returns the job's id.
 
         Args:
             parcel: what to solve.
             job_id: see ``worker.store.new_id``; a new one if left out.
             request_id: of the request that asked for it, for the worker's log.
+            webhook_url: told when the job has ended.
 
         Raises:
+            WebhookError: the webhook cannot be used.
             QueueFullError: as many jobs as may wait are waiting, or their problems fill the memory of the Redis.
             QueueUnavailableError: Redis fails.
         """
+        if webhook_url is not None:
+            self._check_webhook(webhook_url)
         self._refuse_if_full()
         job_id, keep_s = job_id or new_id(), self.settings.retention_s
         JobKeys(self.connection, job_id).send_parcel(parcel, keep_s)
@@ -97,7 +108,7 @@ class VerificationQueue:
             job_id,
             f"{kind} {rows} x {columns}",
             keep_s,
-            meta={"kind": kind, "request_id": request_id},
+            meta={"kind": kind, "request_id": request_id, "webhook_url": webhook_url},
         )
         self.connection.zadd(INDEX, {job_id: time.time()})
         self.connection.zremrangebyscore(INDEX, 0, time.time() - keep_s)
@@ -195,6 +206,7 @@ class VerificationQueue:
                 job.cleanup(self.settings.retention_s, remove_from_queue=False)
                 keys.drop_parcel()
                 Outcomes(self.connection).count("canceled")
+                announce(job, "canceled")
         return self.state(job_id)
 
     @redis_failures()
@@ -226,6 +238,11 @@ class VerificationQueue:
         if not isinstance(data, bytes):
             raise JobNotFoundError(f"Job {job_id} is {self.state(job_id).status}; {advice}.")
         return data
+
+    def _check_webhook(self, url: str) -> None:
+        if self.settings.webhook_secret is None:
+            raise WebhookError("This service sends no webhooks: ASPERITY_WEBHOOK_SECRET is not set. Leave webhook_url out.")
+        public_address(url, self.settings.webhook_private)
 
     def _refuse_if_full(self) -> None:
         advice = "try again later, or send verify=false"

@@ -6,21 +6,23 @@ A child forked after multi-threaded numerical work can deadlock. The worker itse
 import logging
 import os
 from types import TracebackType
+from typing import Any
 
 from redis import Redis
 from rq import Queue, Worker
 from rq.exceptions import AbandonedJobError
-from rq.job import Job
+from rq.job import Job, JobStatus
 from rq.serializers import JSONSerializer
 
 from worker import verification  # noqa: F401 (imported here, before the forks, so that no job waits for it)
 from worker.connection import connect
-from worker.job_queue import SHARDS, JobQueue
+from worker.job_queue import SHARDS, VERIFICATIONS, WEBHOOKS, JobQueue
 from worker.lifetime import die_with_parent
 from worker.logs import log_as_json, request_id
 from worker.outcomes import Outcomes
 from worker.parcel import JobKeys
 from worker.settings import Settings
+from worker.webhooks import announce
 
 HEARTBEAT_EVERY_S = 5
 ABANDONED_AFTER_S = 20
@@ -34,7 +36,7 @@ class VerificationWorker(Worker):
 
     def __init__(self, connection: Redis) -> None:
         super().__init__(
-            [JobQueue(connection), JobQueue(connection, name=SHARDS)],
+            [JobQueue(connection, name=name) for name in (WEBHOOKS, VERIFICATIONS, SHARDS)],
             connection=connection,
             serializer=JSONSerializer,
             exception_handlers=[fail_for_good],
@@ -48,6 +50,18 @@ class VerificationWorker(Worker):
         """Seconds after which a job without heartbeat is abandoned; RQ's own answer is a minute more."""
         return ABANDONED_AFTER_S
 
+    def run_maintenance_tasks(self) -> None:
+        """Besides RQ's own: webhooks that are to be tried again."""
+        super().run_maintenance_tasks()
+        JobQueue(self.connection, name=WEBHOOKS).take_up_scheduled()
+
+    def handle_job_failure(self, job: Job, *arguments: Any, **named: Any) -> None:
+        """Besides RQ's own: a job that failed for good is counted and announced."""
+        super().handle_job_failure(job, *arguments, **named)
+        if job.origin == VERIFICATIONS and job.get_status(refresh=True) is JobStatus.FAILED:
+            Outcomes(self.connection).count("failed")
+            announce(job, "failed")
+
     def main_work_horse(self, job: Job, queue: Queue) -> None:
         """The forked child: it ends with its worker, also if that is killed."""
         die_with_parent(self.process_id)
@@ -56,11 +70,10 @@ class VerificationWorker(Worker):
 
 
 def fail_for_good(job: Job, kind: type[BaseException], error: BaseException, traceback: TracebackType) -> None:
-    """A job that raised would raise again: only the loss of its process is a reason to retry."""
-    if kind is not AbandonedJobError:
+    """A solve that raised would raise again: only the loss of its process is a reason to retry. Webhooks are tried again."""
+    if kind is not AbandonedJobError and job.origin != WEBHOOKS:
         job.retries_left = 0
         JobKeys(job.connection, job.id).drop_parcel()
-        Outcomes(job.connection).count("failed")
 
 
 def run_worker(settings: Settings) -> None:

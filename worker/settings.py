@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from pydantic import Field, PositiveFloat, PositiveInt
+from pydantic import Field, PositiveFloat, PositiveInt, SecretStr
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 
@@ -28,6 +28,10 @@ class Settings(BaseSettings):
     )
     queue_length: PositiveInt = Field(default=100, description="jobs that may wait before new ones are refused")
     job_timeout_s: PositiveInt = Field(default=3600, description="seconds after which a job is ended as failed")
+    webhook_secret: SecretStr | None = Field(
+        default=None, description="signs webhooks, HMAC-SHA256; without it none are sent"
+    )
+    webhook_private: bool = Field(default=False, description="whether webhooks may go to addresses that are not public")
     retention_days: PositiveFloat = Field(default=7.0, description="days for which jobs and predictions are kept")
 
     @property

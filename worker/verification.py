@@ -18,6 +18,7 @@ from worker.masks import mask_png
 from worker.outcomes import Outcomes
 from worker.parcel import FieldName, JobKeys, Parcel
 from worker.statistics import resistances, statistics
+from worker.webhooks import announce
 
 REPORT_EVERY_S = 0.1
 
@@ -69,6 +70,7 @@ def verify() -> dict[str, Any] | None:
     except CanceledError:
         keys.drop_parcel()
         outcomes.count("canceled")
+        announce(job, "canceled")
         return None
     job.connection.set(keys.reference_mask, mask_png(solution.contact_mask), ex=job.result_ttl)
     fields: dict[FieldName, FloatArray] = {"pressure": solution.pressure, "gap": solution.gap}
@@ -76,6 +78,7 @@ def verify() -> dict[str, Any] | None:
         if name in parcel.outputs:
             job.connection.set(keys.fields[name], npy(values), ex=job.result_ttl)
     outcomes.count("finished")
+    announce(job, "finished")
     if result["comparison"] is not None and solution.converged:
         outcomes.count_verification(parcel.model, result["comparison"]["dice"])
     keys.expire_parcel()

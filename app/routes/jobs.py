@@ -8,12 +8,11 @@ from anyio import to_thread
 from fastapi import APIRouter, Depends, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
+from app.jobs import ENDED, LOOK_EVERY_S
 from app.routes.dependencies import Before, JobsDependency, Limit
 from app.schemas import JobAnswer, Page
 from worker.parcel import FieldName
 
-ENDED = ("finished", "failed", "canceled")
-LOOK_EVERY_S = 0.2
 NPY = "application/x-npy"
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])

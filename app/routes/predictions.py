@@ -6,7 +6,7 @@ from fastapi import APIRouter, Form, Response
 
 from app.fields import FieldName
 from app.requests import PredictionForm
-from app.routes.dependencies import Before, IdempotencyKey, Limit, PredictionsDependency
+from app.routes.dependencies import Before, IdempotencyKey, JobsDependency, Limit, PredictionsDependency, SecondsToWait
 from app.schemas import Page, PredictionAnswer
 
 NPY, NETCDF = "application/x-npy", "application/x-netcdf"
@@ -18,7 +18,9 @@ router = APIRouter(prefix="/v1/predictions", tags=["predictions"])
 async def make_prediction(
     form: Annotated[PredictionForm, Form(media_type="multipart/form-data")],
     predictions: PredictionsDependency,
+    jobs: JobsDependency,
     response: Response,
+    wait_s: SecondsToWait,
     idempotency_key: IdempotencyKey = None,
 ) -> PredictionAnswer:
     """Predict the contact of a height map, and have it verified by the reference solver unless told not to.
@@ -27,6 +29,8 @@ async def make_prediction(
     """
     answer, known = await predictions.predict(await form.files(), form, idempotency_key)
     response.headers["Asperity-Cache"] = "hit" if known else "miss"
+    if wait_s and answer.verification:
+        answer.verification = await jobs.waited(answer.verification, wait_s)
     return answer
 
 

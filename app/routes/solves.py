@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import APIRouter, Form
 
 from app.requests import SolveForm
-from app.routes.dependencies import IdempotencyKey, JobsDependency
+from app.routes.dependencies import IdempotencyKey, JobsDependency, SecondsToWait
 from app.schemas import SolveAnswer
 
 router = APIRouter(prefix="/v1/solves", tags=["solves"])
@@ -15,7 +15,11 @@ router = APIRouter(prefix="/v1/solves", tags=["solves"])
 async def queue_solve(
     form: Annotated[SolveForm, Form(media_type="multipart/form-data")],
     jobs: JobsDependency,
+    wait_s: SecondsToWait,
     idempotency_key: IdempotencyKey = None,
 ) -> SolveAnswer:
     """Queue a reference solve; its job says where it stands, and in the end holds the solution."""
-    return await jobs.solve(await form.files(), form, idempotency_key)
+    answer = await jobs.solve(await form.files(), form, idempotency_key)
+    if wait_s:
+        answer.job = await jobs.waited(answer.job, wait_s)
+    return answer

@@ -1,10 +1,10 @@
 // The page: choose a file, see what was read, predict, watch the verification arrive.
 
-import { predict, Problem } from "./api.js";
+import { file as load, predict, Problem, useKey } from "./api.js";
 import { showPrediction } from "./answer.js";
 import { clearErrors, contents, showErrors, units } from "./form.js";
 import { length } from "./format.js";
-import { clearPicture, decode, drawHeights, drawMasks, drawnWidth, load, loadMask, setOpacity, setShape } from "./picture.js";
+import { clearPicture, decode, drawHeights, drawMasks, drawnWidth, loadMask, setOpacity, setShape } from "./picture.js";
 import { readHeader } from "./png.js";
 import { follow, forget } from "./verification.js";
 
@@ -125,9 +125,10 @@ async function submit(event) {
   at("predict").textContent = "Predicting…";
   try {
     const { file, header } = shown;
-    const form = contents();
-    if (!header) form.set("outputs", "heights");
-    const prediction = await predict(form);
+    if (at("key").value) useKey(at("key").value);
+    const fields = contents();
+    if (!header) fields.set("outputs", "heights");
+    const prediction = await predict(fields);
     const predicted = await loadMask(prediction.mask_url);
     const picture = header ? null : await load(prediction.fields.heights.png_url);
     if (shown.file !== file) return; // another was chosen meanwhile
@@ -145,6 +146,7 @@ async function submit(event) {
     if (prediction.verification) verify(prediction.verification.url);
   } catch (error) {
     if (!(error instanceof Problem)) throw error;
+    if (error.status === 401) at("key-field").hidden = false;
     showErrors(error);
   } finally {
     at("predict").ariaBusy = "false";

@@ -1,16 +1,15 @@
 // The height map on a canvas, and contact masks on a second one over it.
 
+import { file } from "./api.js";
+
 const heights = document.getElementById("heights");
 const overlay = document.getElementById("overlay");
 
 /** Decode a PNG without colour management. @returns {Promise<ImageBitmap>} */
 export const decode = (blob) => createImageBitmap(blob, { colorSpaceConversion: "none" });
 
-/** Load a file. @returns {Promise<Blob>} */
-export const load = async (url) => (await fetch(url)).blob();
-
 /** Load a mask. @returns {Promise<ImageBitmap>} */
-export const loadMask = async (url) => decode(await load(url));
+export const loadMask = async (url) => decode(await file(url));
 
 export function clearPicture() {
   for (const canvas of [heights, overlay]) canvas.hidden = true;

@@ -8,6 +8,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -32,13 +33,23 @@ def anyio_backend() -> str:
 @pytest.fixture(scope="session")
 def server() -> Iterator[str]:
     """URL of `asperity serve` with a state of its own."""
+    with serving(ASPERITY_UPLOAD_LIMIT_MIB="4") as url:
+        yield url
+
+
+@contextmanager
+def serving(**settings: str) -> Iterator[str]:
+    """URL of `asperity serve` with these settings and a state of its own."""
     with tempfile.TemporaryDirectory(prefix="asperity-") as state:
         port = free_port()
-        environment = os.environ | {
-            "ASPERITY_STATE_DIR": state,
-            "ASPERITY_PORT": str(port),
-            "ASPERITY_UPLOAD_LIMIT_MIB": "4",
-        }
+        environment = (
+            os.environ
+            | {
+                "ASPERITY_STATE_DIR": state,
+                "ASPERITY_PORT": str(port),
+            }
+            | settings
+        )
         environment.pop("REDIS_URL", None)
         process = subprocess.Popen([ASPERITY, "serve"], env=environment)
         try:

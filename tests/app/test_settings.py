@@ -1,9 +1,11 @@
 """Settings of the environment."""
 
+from pathlib import Path
+
 import pytest
 
 from app.errors import InvalidSettingsError
-from app.settings import read_settings
+from app.settings import Settings, read_settings
 
 
 def test_settings_come_from_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -19,3 +21,11 @@ def test_a_variable_that_cannot_be_used_is_named(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setenv(name, value)
     with pytest.raises(InvalidSettingsError, match=f"{name} is '{value}'"):
         read_settings()
+
+
+def test_every_setting_is_documented() -> None:
+    document = (Path(__file__).parents[2] / "docs/operations.md").read_text()
+    for name, field in Settings.model_fields.items():
+        variable = str(field.validation_alias or f"ASPERITY_{name.upper()}")
+        assert f"`{variable}`" in document, variable
+        assert field.description

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
-from tests.app.conftest import UNITS
+from app.keys import new_key
+from tests.app.conftest import UNITS, serving
 from tests.app.files import ascii_grid, png, surface_codes, surface_png
 
 ARGUMENTS = [
@@ -151,6 +152,23 @@ def test_an_instrument_file_is_drawn_with_its_own_units(page: Page, tmp_path: Pa
     expect(page.locator("#read")).to_contain_text("96 µm wide, 64 µm high; heights span 65.5 µm")
     assert painted(page, "#heights") == 64 * 48
     assert painted(page, "#overlay") > 0
+
+
+def test_a_key_is_asked_for_where_one_is_required(browser: Browser, surface: Path) -> None:
+    secret, key = new_key("page")
+    with serving(ASPERITY_API_KEYS=f"[{key.model_dump_json(exclude_none=True)}]") as url:
+        page = browser.new_page()
+        page.goto(url)
+        fill(page, surface)
+        expect(page.locator("#key")).to_be_hidden()
+        page.get_by_role("button", name="Predict contact").click()
+        expect(page.locator("#error-form")).to_contain_text("requires an API key")
+        page.fill("#key", secret)
+        page.get_by_role("button", name="Predict contact").click()
+        expect(page.locator("#numbers")).to_be_visible(timeout=PATIENCE_MS)
+        assert painted(page, "#overlay") > 0
+        expect(page.locator("#state")).to_have_text("finished", timeout=PATIENCE_MS)
+        page.close()
 
 
 def test_a_file_that_is_no_height_map_is_told_at_the_file(page: Page, tmp_path: Path) -> None:

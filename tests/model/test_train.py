@@ -97,6 +97,9 @@ def test_training_learns_and_its_weights_predict_and_are_trained_further(config:
 
     train(tmp_path / "second", replace(config, epochs=1, learning_rate=1e-5, start=str(tmp_path / "first/weights")))
     assert history(tmp_path / "second")[0]["loss"] < 0.6 * records[0]["loss"]  # type: ignore[operator]
+    first, second = Surrogate.load(tmp_path / "second/weights").weights.manifest["training"]
+    assert (first["epochs"], first["start"]) == (20, None)
+    assert (second["epochs"], second["start"]) == (1, surrogate.version)
 
 
 def test_masks_of_another_solver_are_trained_on(tmp_path: Path) -> None:
@@ -111,6 +114,7 @@ def test_masks_of_another_solver_are_trained_on(tmp_path: Path) -> None:
     assert not grid.known.any()
     train(tmp_path / "run", TrainConfig(data=(str(tmp_path / "fem"),), epochs=1, start=str(SHIPPED)))
     assert Surrogate.load(tmp_path / "run/weights").weights.manifest["datasets"][str(tmp_path / "fem")] == {"count": 20}
+    assert len(Surrogate.load(tmp_path / "run/weights").weights.manifest["datasets"]) > 1
 
 
 def test_samples_that_do_not_go_together_are_refused(tmp_path: Path) -> None:
@@ -177,4 +181,4 @@ def test_a_team_under_torchrun_learns_as_one(config: TrainConfig, tmp_path: Path
     )
     assert done.returncode == 0, done.stderr[-2000:]
     assert len(history(tmp_path)) == 1
-    assert Surrogate.load(tmp_path / "weights").weights.manifest["training"]["epochs"] == 1
+    assert Surrogate.load(tmp_path / "weights").weights.manifest["training"][-1]["epochs"] == 1

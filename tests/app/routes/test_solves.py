@@ -50,6 +50,18 @@ def test_fields_that_were_not_asked_for_are_not_there(client: httpx.Client, fini
     assert "outputs=pressure" in missing.json()["detail"]
 
 
+def test_waiting_for_the_end_is_a_preference(client: httpx.Client) -> None:
+    request = {"data": UNITS | {"load_n": "19"}, "files": {"surface": surface_png()}}
+    patient = client.post("/v1/solves", headers={"prefer": "respond-async, wait=50"}, **request).json()["job"]["state"]  # type: ignore[arg-type]
+    assert patient["status"] == "finished"
+    assert patient["result"]["converged"]
+    assert client.post("/v1/solves", **request).json()["job"]["state"] is None  # type: ignore[arg-type]
+    big = {"data": UNITS | {"pixel_size_um": "1"}, "files": {"surface": surface_png(1024)}}
+    hasty = client.post("/v1/solves", headers={"prefer": "wait=1"}, **big).json()["job"]  # type: ignore[arg-type]
+    assert hasty["state"]["status"] in ("queued", "started")
+    client.delete(hasty["url"])
+
+
 def test_a_hardness_caps_the_pressure(client: httpx.Client, finish: Finish) -> None:
     answer = post(client, hardness_gpa="0.5", outputs="statistics").json()
     job = finish(answer["job"]["url"])

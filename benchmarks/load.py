@@ -1,0 +1,122 @@
+"""Latency of one client, throughput of many, and what happens to the service under load.
+
+    asperity benchmark load [SECONDS]
+
+Random midpoint surfaces of 128 x 128 and 512 x 512 pixels under loads of their own, `balanced`, without verification. The
+bare prediction, in this process, is beside; `event loop` is the longest that /healthz had to wait under load, less its
+shortest.
+"""
+
+import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import httpx
+import numpy as np
+
+from benchmarks.service import midpoint_upload, service
+from model import Surrogate
+
+SIZES = (128, 512)
+ONE_CLIENT = 60
+MANY, CROWD = 32, 200
+
+
+def main() -> None:
+    """Print the tables."""
+    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 120.0
+    surrogate = Surrogate.load()
+    print("| size | bare prediction, median ms | HTTP, median | 99th percentile | overhead |")
+    print("|---|---|---|---|---|")
+    with service() as (client, pid):
+        url = str(client.base_url)
+        for size in SIZES:
+            bare = _bare(surrogate, size)
+            _latencies(url, size, 5, 1.0)
+            found = _latencies(url, size, ONE_CLIENT, 2.0)
+            middle, high = np.median(found), np.quantile(found, 0.99)
+            print(f"| {size} | {bare:.1f} | {middle:.1f} | {high:.1f} | {middle / bare - 1:.0%} |", flush=True)
+        alone = _throughput(url, 1, 10.0)[0]
+        many = _throughput(url, MANY, 10.0)[0]
+        print(f"\n128 x 128: one client {alone:.1f} answers a second, {MANY} clients {many:.1f}, ratio {many / alone:.2f}")
+        blocked: list[float] = []
+        stop = threading.Event()
+        watcher = threading.Thread(target=_watch, args=(url, stop, blocked))
+        watcher.start()
+        rate, wrong = _throughput(url, CROWD, seconds)
+        stop.set()
+        watcher.join()
+        memory = _peak_memory(pid)
+        print(
+            f"{CROWD} clients for {seconds:g} s: {rate:.1f} answers a second, other than 200: {wrong}, peak memory of the "
+            f"service {memory:.2f} GiB, event loop blocked {(max(blocked) - min(blocked)) * 1e3:.0f} ms at most"
+        )
+
+
+def _bare(surrogate: Surrogate, size: int) -> float:
+    """Median ms of the prediction alone."""
+    times = []
+    for i in range(ONE_CLIENT):
+        problem = midpoint_problem(size, 30 + i / 7)
+        started = time.perf_counter()
+        surrogate.predict(problem)
+        times.append((time.perf_counter() - started) * 1e3)
+    return float(np.median(times[5:]))
+
+
+def _latencies(url: str, size: int, count: int, first: float) -> list[float]:
+    """Milliseconds of requests one after the other, each of another load."""
+    png, fields = midpoint_upload(size, 30.0)
+    times = []
+    with httpx.Client(base_url=url, timeout=60) as client:
+        for i in range(count):
+            started = time.perf_counter()
+            _ask(client, png, fields | {"load_n": 30 + first + i / 9})
+            times.append((time.perf_counter() - started) * 1e3)
+    return times
+
+
+def _throughput(url: str, clients: int, seconds: float) -> tuple[float, int]:
+    """Answers a second, and how many were not 200."""
+    png, fields = midpoint_upload(128, 30.0)
+    deadline = time.monotonic() + seconds
+
+    def run(number: int) -> tuple[int, int]:
+        done = wrong = 0
+        with httpx.Client(base_url=url, timeout=120) as client:
+            while time.monotonic() < deadline:
+                load = 10 + 40 * np.random.default_rng([clients, number, done]).random()
+                status = _ask(client, png, fields | {"load_n": load})
+                done, wrong = done + 1, wrong + (status != 200)
+        return done, wrong
+
+    started = time.monotonic()
+    with ThreadPoolExecutor(clients) as pool:
+        results = list(pool.map(run, range(clients)))
+    done = sum(one for one, _ in results)
+    return done / (time.monotonic() - started), sum(wrong for _, wrong in results)
+
+
+def _ask(client: httpx.Client, png: bytes, fields: dict[str, float]) -> int:
+    data = {name: str(value) for name, value in fields.items()} | {"verify": "false"}
+    return client.post("/v1/predictions", files={"surface": ("map.png", png)}, data=data).status_code
+
+
+def _watch(url: str, stop: threading.Event, times: list[float]) -> None:
+    with httpx.Client(base_url=url, timeout=60) as client:
+        while not stop.wait(0.05):
+            started = time.perf_counter()
+            client.get("/healthz")
+            times.append(time.perf_counter() - started)
+
+
+def _peak_memory(pid: int) -> float:
+    """Highest resident memory of a process, in GiB (Linux)."""
+    status = Path(f"/proc/{pid}/status").read_text()
+    return int(status.split("VmHWM:")[1].split()[0]) / 2**20
+
+
+if __name__ == "__main__":
+    main()
