@@ -16,6 +16,7 @@ from pathlib import Path
 import httpx
 import numpy as np
 
+from benchmarks.cases import midpoint_problem
 from benchmarks.service import midpoint_upload, service
 from model import Surrogate
 
