@@ -65,7 +65,7 @@ class Predictions:
         if form.verify and not (answer.verification and self._lives(answer.verification.job_id)):
             reading = read_problem(files, form, form.load_n, self.service.sandbox.decode)
             answer.verification = self._verified(reading.problem, mask_from_png(self.mask(prediction_id)), form)
-            self.service.store.replace(prediction_id, PREDICTION, answer.model_dump_json().encode())
+            self.service.store.put(prediction_id, {PREDICTION: answer.model_dump_json().encode()})
         return self._with_mask(answer, form), True
 
     def _computed(self, prediction_id: str, files: Files, form: PredictionFields, stopwatch: Stopwatch) -> PredictionAnswer:

@@ -34,7 +34,7 @@ class Service:
 
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
-        self.store = ResultStore(settings.state_path / "results", settings.retention_s)
+        self.store = ResultStore(settings.results_place, settings.retention_s)
         self.metrics = Metrics(self.queue)
         self._limiter = CapacityLimiter(PREDICTIONS_AT_ONCE)
         self.sandbox = Sandbox()

@@ -35,6 +35,13 @@ class JobNotFoundError(AsperityError):
     http_status = 404
 
 
+class DamagedResultError(AsperityError):
+    """A stored file that is not what was stored."""
+
+    code = "damaged-result"
+    title = "The stored result is damaged"
+
+
 class ResultNotFoundError(AsperityError):
     """Nothing is stored under that id and name, or it has expired."""
 

@@ -20,6 +20,9 @@ class Settings(BaseSettings):
     state_dir: Path = Field(
         default_factory=_user_state_dir, description="directory of the embedded Redis and of stored results"
     )
+    results: str | None = Field(
+        default=None, description="where results are stored, a directory or URL for fsspec; in state_dir if left out"
+    )
     redis_url: str | None = Field(
         default=None, validation_alias="REDIS_URL", description="Redis to use; the embedded one if left out"
     )
@@ -38,6 +41,11 @@ class Settings(BaseSettings):
     def state_path(self) -> Path:
         """``state_dir`` with the home directory filled in."""
         return self.state_dir.expanduser().resolve()
+
+    @property
+    def results_place(self) -> str:
+        """``results``, or the directory that takes its place."""
+        return self.results or str(self.state_path / "results")
 
     @property
     def retention_s(self) -> int:

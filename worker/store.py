@@ -1,18 +1,21 @@
-"""Stored results: a directory of files by id, written whole or not at all, and kept for a time."""
+"""Stored results: files by id and name, in a directory or an object store, checked when they are read, kept for a time."""
 
-import errno
 import re
-import shutil
 import time
 from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 from uuid import uuid4
 
-from worker.errors import ResultNotFoundError
+import fsspec
+
+from worker.errors import DamagedResultError, ResultNotFoundError
 
 PRUNE_EVERY_S = 3600.0
 CLAIM = "claim"
+DIGITS = 64
+"""Of the hash that a file begins with; a line feed and the data follow."""
+
 _ID = re.compile(r"[0-9a-f]{32}")
 
 
@@ -27,44 +30,56 @@ def is_id(text: str) -> bool:
 
 
 class ResultStore:
-    """Files by id and name.
+    """Files by id and name. Each is written whole or not at all.
 
     Args:
-        root: directory, made if it is not there.
+        root: a directory, made if it is not there, or the URL of a place that fsspec knows, such as ``s3://bucket/results``.
         retention_s: seconds after which an id is forgotten.
     """
 
-    def __init__(self, root: Path, retention_s: float) -> None:
-        self.root = root
+    def __init__(self, root: Path | str, retention_s: float) -> None:
+        self.files, self.root = fsspec.core.url_to_fs(str(root), auto_mkdir=True)
         self.retention_s = retention_s
         self._pruned_at = 0.0
-        root.mkdir(parents=True, exist_ok=True)
+        self.files.makedirs(self.root, exist_ok=True)
 
     def put(self, result_id: str, files: dict[str, bytes]) -> None:
-        """Store the files of a result; it appears with all of them at once. One that is there already stays."""
+        """Store the files of a result, in their order: whoever finds the last one finds them all."""
         self._prune()
-        staging = self.root / f"{result_id}.{new_id()}"
-        staging.mkdir()
         for name, data in files.items():
-            (staging / name).write_bytes(data)
-        try:
-            staging.rename(self.root / result_id)
-        except OSError as error:
-            shutil.rmtree(staging)
-            if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
-                raise
+            path = self._path(result_id, name)
+            unfinished = f"{path}.{new_id()}"
+            self.files.pipe_file(unfinished, sha256(data).hexdigest().encode() + b"\n" + data)
+            self.files.mv(unfinished, path)
 
-    def replace(self, result_id: str, name: str, data: bytes) -> None:
-        """Put another file in the place of one."""
-        staging = self.root / result_id / new_id()
-        staging.write_bytes(data)
-        staging.replace(self.root / result_id / name)
+    def get(self, result_id: str, name: str) -> bytes:
+        """One file of a result.
+
+        Raises:
+            ResultNotFoundError: nothing of that id and name; ids that are not ours never reach the file system.
+            DamagedResultError: it is not what was stored.
+        """
+        if not is_id(result_id):
+            raise ResultNotFoundError(f"{result_id!r} is no id of a result; ids have 32 hexadecimal digits.")
+        try:
+            stored: bytes = self.files.cat_file(self._path(result_id, name))
+        except FileNotFoundError as error:
+            days = self.retention_s / 86400
+            raise ResultNotFoundError(
+                f"There is no result {result_id}, or it is gone: results are kept for {days:g} days."
+            ) from error
+        digest, data = stored[:DIGITS], stored[DIGITS + 1 :]
+        if sha256(data).hexdigest().encode() != digest:
+            raise DamagedResultError(f"The file {name} of the result {result_id} is damaged; delete it, and ask again.")
+        return data
 
     def claim(self, key: str, value: str) -> str:
         """Tie a value to a key that a client chose, for as long as results are kept; the first one tied to it stays."""
-        claim_id = sha256(key.encode()).hexdigest()[:32]
+        claim_id = sha256(key.encode()).hexdigest()[: len(new_id())]
+        with suppress(ResultNotFoundError):
+            return self.get(claim_id, CLAIM).decode()
         self.put(claim_id, {CLAIM: value.encode()})
-        return self.get(claim_id, CLAIM).decode()
+        return value
 
     def newest(self, name: str, count: int, before: str | None) -> list[str]:
         """Ids of results that have a file of that name, from the newest to the oldest.
@@ -78,9 +93,9 @@ class ResultStore:
             ResultNotFoundError: there is no such id to begin from.
         """
         times = {}
-        for path in self.root.glob(f"*/{name}"):
+        for path in self.files.glob(f"{self.root}/*/{name}"):
             with suppress(FileNotFoundError):  # it has just been removed
-                times[path.parent.name] = path.stat().st_mtime_ns
+                times[path.rsplit("/", 2)[1]] = self.files.modified(path)
         ids = sorted(filter(is_id, times), key=lambda result_id: (times[result_id], result_id), reverse=True)
         if before is None:
             return ids[:count]
@@ -89,21 +104,8 @@ class ResultStore:
         first = ids.index(before) + 1
         return ids[first : first + count]
 
-    def get(self, result_id: str, name: str) -> bytes:
-        """One file of a result.
-
-        Raises:
-            ResultNotFoundError: nothing of that id and name; ids that are not ours never reach the file system.
-        """
-        if not is_id(result_id):
-            raise ResultNotFoundError(f"{result_id!r} is no id of a result; ids have 32 hexadecimal digits.")
-        try:
-            return (self.root / result_id / name).read_bytes()
-        except FileNotFoundError as error:
-            days = self.retention_s / 86400
-            raise ResultNotFoundError(
-                f"There is no result {result_id}, or it is gone: results are kept for {days:g} days."
-            ) from error
+    def _path(self, result_id: str, name: str) -> str:
+        return f"{self.root}/{result_id}/{name}"
 
     def _prune(self) -> None:
         """Remove what is past its retention, now and then."""
@@ -111,7 +113,7 @@ class ResultStore:
         if now - self._pruned_at < PRUNE_EVERY_S:
             return
         self._pruned_at = now
-        for directory in self.root.iterdir():
-            with suppress(FileNotFoundError):  # another request has just renamed or removed it
-                if directory.stat().st_mtime < now - self.retention_s:
-                    shutil.rmtree(directory, ignore_errors=True)
+        for path in self.files.glob(f"{self.root}/*/*"):
+            with suppress(FileNotFoundError):  # another service has just removed it
+                if self.files.modified(path).timestamp() < now - self.retention_s:
+                    self.files.rm(path.rsplit("/", 1)[0], recursive=True)
