@@ -19,6 +19,14 @@ class QueueFullError(AsperityError):
     http_status = 503
 
 
+class JobTooLargeError(AsperityError):
+    """A job that would take more memory than a worker has."""
+
+    code = "job-too-large"
+    title = "The job would take too much memory"
+    http_status = 413
+
+
 class WebhookError(AsperityError):
     """A webhook that cannot be, or that was not taken."""
 

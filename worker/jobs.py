@@ -12,7 +12,7 @@ from rq.exceptions import NoSuchJobError
 from rq.job import Job, JobStatus
 
 from worker.connection import redis_failures
-from worker.errors import JobNotFoundError, QueueFullError, WebhookError
+from worker.errors import JobNotFoundError, JobTooLargeError, QueueFullError, WebhookError
 from worker.job_queue import JobQueue
 from worker.outcomes import Outcomes
 from worker.parcel import FieldName, JobKeys, Parcel
@@ -93,11 +93,13 @@ class VerificationQueue:
 
         Raises:
             WebhookError: the webhook cannot be used.
+            JobTooLargeError: the solve would take more memory than a worker has.
             QueueFullError: as many jobs as may wait are waiting, or their problems fill the memory of the Redis.
             QueueUnavailableError: Redis fails.
         """
         if webhook_url is not None:
             self._check_webhook(webhook_url)
+        self._refuse_if_too_large(parcel.problem.shape)
         self._refuse_if_full()
         job_id, keep_s = job_id or new_id(), self.settings.retention_s
         JobKeys(self.connection, job_id).send_parcel(parcel, keep_s)
@@ -244,6 +246,16 @@ class VerificationQueue:
             raise WebhookError("This service sends no webhooks: ASPERITY_WEBHOOK_SECRET is not set. Leave webhook_url out.")
         public_address(url, self.settings.webhook_private)
 
+    def _refuse_if_too_large(self, shape: tuple[int, int]) -> None:
+        rows, columns = shape
+        needed = memory_mib(rows * columns)
+        if needed > self.settings.worker_memory_mib:
+            raise JobTooLargeError(
+                f"The solve of {rows} x {columns} pixels would take about {needed:.0f} MiB, more than the "
+                f"{self.settings.worker_memory_mib} MiB of a worker (ASPERITY_WORKER_MEMORY_MIB). Crop or resample the map, "
+                "or send verify=false for a prediction alone."
+            )
+
     def _refuse_if_full(self) -> None:
         advice = "try again later, or send verify=false"
         if self.queue.count >= self.settings.queue_length:
@@ -260,6 +272,15 @@ class VerificationQueue:
         except NoSuchJobError as error:
             days = self.settings.retention_days
             raise JobNotFoundError(f"There is no job {job_id}, or it is gone: jobs are kept for {days:g} days.") from error
+
+
+MEMORY_MIB, MEMORY_BYTES_A_PIXEL = 260.0, 300.0
+"""What the process of a job takes, and its solve by pixel: measured from 64 x 64 to 2048 x 2048 pixels, and not exceeded."""
+
+
+def memory_mib(pixels: int) -> float:
+    """Memory that a reference solve takes, in MiB."""
+    return MEMORY_MIB + MEMORY_BYTES_A_PIXEL * pixels / 2**20
 
 
 _REASONS = {

@@ -29,6 +29,9 @@ class Settings(BaseSettings):
     redis_memory_mib: PositiveInt = Field(
         default=2048, description="memory of the Redis, in MiB, beyond which new jobs are refused"
     )
+    worker_memory_mib: PositiveInt = Field(
+        default=8192, description="memory of a worker, in MiB; jobs that would take more are refused"
+    )
     queue_length: PositiveInt = Field(default=100, description="jobs that may wait before new ones are refused")
     job_timeout_s: PositiveInt = Field(default=3600, description="seconds after which a job is ended as failed")
     webhook_secret: SecretStr | None = Field(

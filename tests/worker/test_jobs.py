@@ -1,6 +1,8 @@
 """The queue with real workers: canceled, refused, taken back."""
 
 import json
+import subprocess
+import sys
 import time
 import zlib
 
@@ -12,8 +14,8 @@ from rq import Worker
 from tests.worker.conftest import Wait, ended, rough, started, worker
 from worker.connection import connect
 from worker.embedded_redis import EmbeddedRedis
-from worker.errors import JobNotFoundError, QueueFullError, QueueUnavailableError
-from worker.jobs import VerificationQueue
+from worker.errors import JobNotFoundError, JobTooLargeError, QueueFullError, QueueUnavailableError
+from worker.jobs import VerificationQueue, memory_mib
 from worker.parcel import JobKeys, Parcel
 from worker.settings import Settings
 
@@ -110,3 +112,21 @@ def test_jobs_are_stored_as_json(queue: VerificationQueue, connection: Redis) ->
     job_id = queue.enqueue(Parcel(rough(16), np.ones((16, 16), dtype=bool), None))
     stored = connection.hgetall(f"rq:job:{job_id}")
     assert json.loads(zlib.decompress(stored[b"data"]))[0] == "worker.verification.verify"
+
+
+def test_a_job_that_would_take_too_much_memory_is_refused_with_the_number(connection: Redis, settings: Settings) -> None:
+    small = VerificationQueue(connection, settings.model_copy(update={"worker_memory_mib": 300}))
+    small.enqueue(Parcel(rough(256)))
+    with pytest.raises(JobTooLargeError, match=r"512 x 512 pixels would take about 335 MiB, more than the 300 MiB"):
+        small.enqueue(Parcel(rough(512)))
+
+
+def test_the_memory_of_a_job_is_not_underestimated() -> None:
+    program = (
+        "import resource; from tests.worker.conftest import rough; from worker.parcel import Parcel\n"
+        "from worker.verification import solve_and_compare\n"
+        "solve_and_compare(Parcel(rough(512)), lambda *_: None)\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert 100 < float(done.stdout) < 1.2 * memory_mib(512 * 512)
