@@ -66,7 +66,7 @@ class Predictions:
             reading = read_problem(files, form, form.load_n, self.service.sandbox.decode)
             answer.verification = self._verified(reading.problem, mask_from_png(self.mask(prediction_id)), form)
             self.service.store.put(prediction_id, {PREDICTION: answer.model_dump_json().encode()})
-        return self._with_mask(answer, form), True
+        return self._delivered(answer, form), True
 
     def _computed(self, prediction_id: str, files: Files, form: PredictionFields, stopwatch: Stopwatch) -> PredictionAnswer:
         """A prediction that was not there."""
@@ -93,7 +93,7 @@ class Predictions:
         )
         self.service.metrics.predicted(answer)
         self.service.store.put(prediction_id, stored | {PREDICTION: answer.model_dump_json().encode()})
-        return self._with_mask(answer, form)
+        return self._delivered(answer, form)
 
     def _verified(self, problem: ContactProblem, mask: BoolArray, form: PredictionFields) -> JobLink:
         """The verification of a prediction, queued."""
@@ -107,11 +107,10 @@ class Predictions:
         except JobNotFoundError:
             return False
 
-    def _with_mask(self, answer: PredictionAnswer, form: PredictionFields) -> PredictionAnswer:
-        """With the mask itself, if it was asked for."""
-        if not form.inline_mask:
-            return answer
-        return answer.model_copy(update={"mask": b64encode(self.mask(answer.id)).decode()})
+    def _delivered(self, answer: PredictionAnswer, form: PredictionFields) -> PredictionAnswer:
+        """With the mask itself and the link of the verification, as far as they were asked for."""
+        mask = b64encode(self.mask(answer.id)).decode() if form.inline_mask else None
+        return answer.model_copy(update={"mask": mask, "verification": answer.verification if form.verify else None})
 
     def newest(self, count: int, before: str | None) -> Page[PredictionAnswer]:
         """Stored predictions from the newest on.

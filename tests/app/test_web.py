@@ -149,7 +149,7 @@ def test_an_instrument_file_is_drawn_with_its_own_units(page: Page, tmp_path: Pa
     page.get_by_role("button", name="Predict contact").click()
     expect(page.locator("#numbers")).to_be_visible()
     expect(page.locator("#read")).to_contain_text("64 rows × 48 columns, ASC")
-    expect(page.locator("#read")).to_contain_text("96 µm wide, 64 µm high; heights span 65.5 µm")
+    expect(page.locator("#read")).to_contain_text("96 µm wide, 64 µm high; heights span 52.32 µm")
     assert painted(page, "#heights") == 64 * 48
     assert painted(page, "#overlay") > 0
 
