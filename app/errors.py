@@ -32,6 +32,10 @@ class InvalidFormError(AsperityError):
         super().__init__(" ".join(error.detail for error in errors))
         self.errors = errors
 
+    def __reduce__(self) -> tuple[type["InvalidFormError"], tuple[Sequence[FieldError]]]:
+        """Keeps the errors on the way from one process to another."""
+        return type(self), (self.errors,)
+
 
 class InvalidSettingsError(AsperityError):
     """An environment variable that cannot be used."""
@@ -78,6 +82,14 @@ class BusyError(AsperityError):
 
     code = "busy"
     title = "The service is busy"
+    http_status = 503
+
+
+class ComputeError(AsperityError):
+    """Nothing can be computed, or what computes dies of a request."""
+
+    code = "compute-failed"
+    title = "The computation failed"
     http_status = 503
 
 

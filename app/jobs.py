@@ -8,6 +8,7 @@ from anyio import to_thread
 
 from app.content import content_id
 from app.errors import IdempotencyKeyReusedError
+from app.job_link import job_link
 from app.reading import Files, read_problem
 from app.requests import SolveForm
 from app.schemas import JobAnswer, JobLink, Page, SolveAnswer
@@ -104,12 +105,6 @@ class Jobs:
             JobNotFoundError, QueueUnavailableError: there is no such job, it has not finished, or no queue.
         """
         return self.service.queue().reference_mask(job_id)
-
-
-def job_link(job_id: str) -> JobLink:
-    """Where a job can be followed."""
-    url = f"/v1/jobs/{job_id}"
-    return JobLink(job_id=job_id, url=url, events_url=f"{url}/events")
 
 
 def _job_answer(state: JobState) -> JobAnswer:

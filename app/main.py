@@ -26,8 +26,9 @@ def create_app(settings: Settings) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        await asyncio.to_thread(service.start)
+        await service.start()
         yield
+        await asyncio.to_thread(service.stop)
 
     app = FastAPI(
         title="Asperity",

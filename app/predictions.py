@@ -1,32 +1,25 @@
 """Predictions: computed once, stored, verified, and read again."""
 
-from base64 import b64encode
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator
 
 from app.archive import members
 from app.body_limit import MEBIBYTE
+from app.computing import MASK, PREDICTION, bare, computed_prediction, delivered
 from app.content import content_id
 from app.errors import IdempotencyKeyReusedError
-from app.fields import UNITS, FieldName, bundle, picture
-from app.jobs import job_link
-from app.prediction import Stopwatch, Wanted, predict
+from app.fields import FieldName, bundle, picture
+from app.job_link import job_link
 from app.problems import problem_of
-from app.reading import Files, read_problem
-from app.requests import BatchForm, Output, PredictionFields, PredictionForm
-from app.schemas import BatchItem, FieldLink, JobLink, Page, PredictionAnswer
+from app.reading import Files, Maps, read_problem
+from app.requests import BatchForm, PredictionFields
+from app.schemas import BatchItem, Page, PredictionAnswer
 from app.service import Service
-from model.prediction import Prediction
-from solver import ContactProblem
 from solver.errors import AsperityError
-from solver.problem import BoolArray
-from worker.arrays import Field, from_npy, npy
+from worker.arrays import Field, from_npy
 from worker.errors import JobNotFoundError, ResultNotFoundError
 from worker.logs import request_id
-from worker.masks import mask_from_png, mask_png
+from worker.masks import mask_from_png
 from worker.parcel import Parcel
-
-PREDICTION, MASK = "prediction.json", "mask.png"
-"""Files of a stored prediction."""
 
 
 class Predictions:
@@ -35,8 +28,8 @@ class Predictions:
     def __init__(self, service: Service) -> None:
         self.service = service
 
-    async def predict(self, files: Files, form: PredictionForm, key: str | None = None) -> tuple[PredictionAnswer, bool]:
-        """Predict, store, and queue the verification, away from the event loop.
+    async def predict(self, files: Files, form: PredictionFields, key: str | None = None) -> tuple[PredictionAnswer, bool]:
+        """Predict, store, and queue the verification.
 
         The id of a prediction is the hash of all that it depends on, so that what was computed once is only read again.
 
@@ -51,54 +44,33 @@ class Predictions:
         Raises:
             AsperityError: bad input, an idempotency key that stands for another request, or no queue for a verification.
         """
-        return await self.service.in_thread(self._predict, files, form, key)
+        service, fields = self.service, bare(form)
+        prediction_id = content_id(files, fields, service.version)
+        known = await service.in_thread(self._known, prediction_id, files, fields, key)
+        if known is not None:
+            return known, True
+        maps = await service.in_thread(Maps.of, files, service.sandbox.decode)
+        answer = await service.compute.run(computed_prediction, prediction_id, maps, fields)
+        service.metrics.predicted(answer)
+        return answer, False
 
-    def _predict(self, files: Files, form: PredictionFields, key: str | None) -> tuple[PredictionAnswer, bool]:
-        stopwatch = Stopwatch()
-        prediction_id = content_id(files, form, self.service.surrogate.version)
+    def _known(self, prediction_id: str, files: Files, form: PredictionFields, key: str | None) -> PredictionAnswer | None:
+        """The answer that is there, verified now if that was not asked for before; None if there is none."""
         if key is not None and self.service.store.claim(key, prediction_id) != prediction_id:
             raise IdempotencyKeyReusedError("This idempotency key stands for another request; choose a new one.")
         try:
             answer = self.read(prediction_id)
         except ResultNotFoundError:
-            return self._computed(prediction_id, files, form, stopwatch), False
+            return None
         if form.verify and not (answer.verification and self._lives(answer.verification.job_id)):
             reading = read_problem(files, form, form.load_n, self.service.sandbox.decode)
-            answer.verification = self._verified(reading.problem, mask_from_png(self.mask(prediction_id)), form)
+            parcel = Parcel(
+                reading.problem, mask_from_png(self.mask(prediction_id)), form.resistivity_ohm_m, model=answer.model
+            )
+            job_id = self.service.queue().enqueue(parcel, None, request_id.get(), form.webhook_url)
+            answer.verification = job_link(job_id)
             self.service.store.put(prediction_id, {PREDICTION: answer.model_dump_json().encode()})
-        return self._delivered(answer, form), True
-
-    def _computed(self, prediction_id: str, files: Files, form: PredictionFields, stopwatch: Stopwatch) -> PredictionAnswer:
-        """A prediction that was not there."""
-        reading = read_problem(files, form, form.load_n, self.service.sandbox.decode)
-        stopwatch.lap("decode")
-        wanted = Wanted(form.accuracy, form.resistivity_ohm_m, form.outputs)
-        predicted = predict(reading, wanted, self.service.surrogate, stopwatch)
-        url = f"/v1/predictions/{prediction_id}"
-        mask = predicted.prediction.contact_mask
-        fields = _fields(reading.problem, predicted.prediction, form.outputs)
-        stored = {MASK: mask_png(mask)} | {f"{name}.npy": npy(values) for name, values in fields.items()}
-        stopwatch.lap("encode")
-        verification = self._verified(reading.problem, mask, form) if form.verify else None
-        if verification:
-            stopwatch.lap("queue")
-        answer = PredictionAnswer(
-            **dict(predicted.numbers) | {"timings_ms": stopwatch.timings_ms},
-            id=prediction_id,
-            mask_url=f"{url}/{MASK}",
-            mask=None,
-            fields={name: _link(url, name, values) for name, values in fields.items()},
-            bundle_url=f"{url}/bundle.nc",
-            verification=verification,
-        )
-        self.service.metrics.predicted(answer)
-        self.service.store.put(prediction_id, stored | {PREDICTION: answer.model_dump_json().encode()})
-        return self._delivered(answer, form)
-
-    def _verified(self, problem: ContactProblem, mask: BoolArray, form: PredictionFields) -> JobLink:
-        """The verification of a prediction, queued."""
-        parcel = Parcel(problem, mask, form.resistivity_ohm_m, model=self.service.surrogate.version)
-        return job_link(self.service.queue().enqueue(parcel, None, request_id.get(), form.webhook_url))
+        return delivered(answer, self.mask(prediction_id), form)
 
     def _lives(self, job_id: str) -> bool:
         """Whether a job has not ended without a result."""
@@ -106,11 +78,6 @@ class Predictions:
             return self.service.queue().state(job_id).status not in ("failed", "canceled")
         except JobNotFoundError:
             return False
-
-    def _delivered(self, answer: PredictionAnswer, form: PredictionFields) -> PredictionAnswer:
-        """With the mask itself and the link of the verification, as far as they were asked for."""
-        mask = b64encode(self.mask(answer.id)).decode() if form.inline_mask else None
-        return answer.model_copy(update={"mask": mask, "verification": answer.verification if form.verify else None})
 
     def newest(self, count: int, before: str | None) -> Page[PredictionAnswer]:
         """Stored predictions from the newest on.
@@ -128,15 +95,18 @@ class Predictions:
         Raises:
             ArchiveError: the archive cannot be read.
         """
-        maps = list(members(archive, self.service.settings.upload_limit_mib * MEBIBYTE))
-        return self.service.one_by_one(self._batch_item(name, data, form) for name, data in maps)
+        limit = self.service.settings.upload_limit_mib * MEBIBYTE
+        maps = await self.service.in_thread(lambda: list(members(archive, limit)))
+        return self._items(maps, form)
 
-    def _batch_item(self, name: str, data: bytes, form: BatchForm) -> BatchItem:
-        try:
-            answer, _ = self._predict(Files(data), form, None)
-        except AsperityError as error:
-            return BatchItem(file=name, prediction=None, problem=problem_of(error, "/v1/batches"))
-        return BatchItem(file=name, prediction=answer, problem=None)
+    async def _items(self, maps: list[tuple[str, bytes]], form: BatchForm) -> AsyncIterator[BatchItem]:
+        for name, data in maps:
+            try:
+                answer, _ = await self.predict(Files(data), form)
+            except AsperityError as error:
+                yield BatchItem(file=name, prediction=None, problem=problem_of(error, "/v1/batches"))
+            else:
+                yield BatchItem(file=name, prediction=answer, problem=None)
 
     def read(self, prediction_id: str) -> PredictionAnswer:
         """A stored prediction, as it was answered.
@@ -182,23 +152,3 @@ class Predictions:
         surface = answer.surface
         about = {"title": "Contact predicted by Asperity", "prediction": answer.id, "model": answer.model}
         return bundle(fields, (surface.pixel_size_y_um * 1e-6, surface.pixel_size_x_um * 1e-6), about)
-
-
-def _fields(problem: ContactProblem, prediction: Prediction, outputs: Sequence[Output]) -> dict[FieldName, Field]:
-    """The fields that were asked for."""
-    known: dict[FieldName, Field] = {
-        "heights": problem.heights,
-        "pressure": prediction.pressure,
-        "probability": prediction.probability,
-    }
-    return {name: values for name, values in known.items() if name in outputs}
-
-
-def _link(url: str, name: FieldName, values: Field) -> FieldLink:
-    return FieldLink(
-        unit=UNITS[name],
-        lowest=float(values.min()),
-        highest=float(values.max()),
-        npy_url=f"{url}/{name}.npy",
-        png_url=f"{url}/{name}.png",
-    )

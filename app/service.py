@@ -1,72 +1,69 @@
-"""What the endpoints share: surrogate, store, queue, decoder, and threads to compute in."""
+"""What the endpoints share: store, queue, decoder, and processes to compute in."""
 
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import Callable
 from typing import TypeVar
 
 from anyio import CapacityLimiter, to_thread
 
-from app.errors import BusyError
+from app.compute import Compute
 from app.metrics import Metrics
 from app.sandbox import Sandbox
 from app.schemas import (
     ModelAnswer,
 )
 from app.settings import Settings
-from model import Surrogate
-from model.errors import WeightsError
-from model.weights import NAME
+from model.weights import NAME, read_manifest, version
 from worker.connection import connect
 from worker.jobs import VerificationQueue
 from worker.store import ResultStore
 
-Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-PREDICTIONS_AT_ONCE = 2
-"""More would only share the processors, and memory is what large maps need most."""
+THREADS = 32
+"""That wait for files, the queue or a decoder."""
 
 
 class Service:
-    """Surrogate, store and queue behind the HTTP interface.
+    """Store, queue and processes that compute, behind the HTTP interface.
 
-    Without weights it starts all the same: every use of the surrogate then says what is missing.
+    Without weights it starts all the same: whatever needs them then says what is missing.
     """
 
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
         self.store = ResultStore(settings.results_place, settings.retention_s)
         self.metrics = Metrics(self.queue)
-        self._limiter = CapacityLimiter(PREDICTIONS_AT_ONCE)
         self.sandbox = Sandbox()
-        self._surrogate: Surrogate | WeightsError = WeightsError("The service has not started yet.")
+        self.compute = Compute(settings)
+        self._limiter = CapacityLimiter(THREADS)
 
-    def start(self) -> None:
-        """Load the network, and have the readers of files imported meanwhile."""
+    async def start(self) -> None:
+        """Start what computes and what decodes."""
         self.sandbox.start()
-        try:
-            self._surrogate = Surrogate.load()
-        except WeightsError as error:
-            self._surrogate = error
+        await self.compute.start()
+
+    def stop(self) -> None:
+        """Let what is computed be ended, and end it."""
+        self.compute.stop()
 
     @property
-    def surrogate(self) -> Surrogate:
-        """The surrogate.
+    def version(self) -> str:
+        """Name and start of the hash of the weights.
 
         Raises:
-            WeightsError: its weights are missing or damaged.
+            WeightsError: there are none.
         """
-        if isinstance(self._surrogate, WeightsError):
-            raise self._surrogate
-        return self._surrogate
+        return version(read_manifest(self.settings.weights))
 
-    def check(self) -> None:
-        """Make sure that predictions and verifications are possible.
+    async def check(self) -> str:
+        """Make sure that predictions and verifications are possible; returns the version of the weights.
 
         Raises:
-            WeightsError, QueueUnavailableError: the cause why they are not.
+            WeightsError, ComputeError, QueueUnavailableError: the cause why they are not.
         """
-        _ = self.surrogate
-        self.queue()
+        found = self.compute.check()
+        await to_thread.run_sync(self.queue)
+        return found
 
     def queue(self) -> VerificationQueue:
         """The queue, over a connection that has just answered: a Redis that restarts is found again."""
@@ -78,27 +75,15 @@ class Service:
         Raises:
             WeightsError: its weights are missing or damaged.
         """
-        weights = self.surrogate.weights
+        manifest = read_manifest(self.settings.weights)
         return ModelAnswer(
             name=NAME,
-            version=weights.version,
-            sha256=weights.manifest["sha256"],
-            domain=weights.manifest["domain"],
-            measured_error=weights.manifest["validation"],
+            version=version(manifest),
+            sha256=manifest["sha256"],
+            domain=manifest["domain"],
+            measured_error=manifest["validation"],
         )
 
-    async def one_by_one(self, items: Iterator[Item]) -> AsyncIterator[Item]:
-        """Each computed away from the event loop, so that other requests come in between."""
-        while (item := await self.in_thread(next, items, None)) is not None:
-            yield item
-
-    async def in_thread(self, function: Callable[..., Result], *args: object) -> Result:
-        """Compute away from the event loop, a few requests at a time.
-
-        Raises:
-            BusyError: too many wait.
-        """
-        waiting = self._limiter.statistics().tasks_waiting
-        if waiting >= self.settings.requests_waiting:
-            raise BusyError(f"{waiting} requests wait to be computed; try again later.")
-        return await to_thread.run_sync(function, *args, limiter=self._limiter)
+    async def in_thread(self, function: Callable[..., Result], *arguments: object) -> Result:
+        """Do what waits for files, the queue or a decoder away from the event loop."""
+        return await to_thread.run_sync(function, *arguments, limiter=self._limiter)

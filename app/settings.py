@@ -1,9 +1,13 @@
 """Settings of the service, read from the environment."""
 
+import os
+from pathlib import Path
+
 from pydantic import Field, NonNegativeInt, PositiveInt, ValidationError
 
 from app.errors import InvalidSettingsError
 from app.keys import ApiKey
+from model.weights import SHIPPED
 from worker.settings import Settings as WorkerSettings
 
 
@@ -14,6 +18,11 @@ class Settings(WorkerSettings):
     port: PositiveInt = Field(default=8000, le=65535, description="port to listen on")
     workers: NonNegativeInt = Field(default=1, description="worker processes that `asperity serve` keeps running")
     upload_limit_mib: PositiveInt = Field(default=64, description="largest upload, in MiB")
+    weights: Path = Field(default=SHIPPED, description="directory of the weights that predict; the shipped ones if left out")
+    compute_processes: PositiveInt = Field(
+        default_factory=lambda: min(4, os.cpu_count() or 1),
+        description="processes that compute predictions; each takes about half a GiB",
+    )
     requests_waiting: PositiveInt = Field(
         default=1000, description="requests that may wait to be computed before new ones are refused"
     )

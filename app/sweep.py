@@ -1,19 +1,22 @@
 """One surface under many loads: what changes with the load, point by point."""
 
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator
 from dataclasses import replace
 
+from app.compute import Computer
 from app.reading import Files, read_problem
 from app.requests import SweepForm
 from app.schemas import SweepAnswer, SweepPoint
 from app.service import Service
-from model import Surrogate
+from model.methods import Accuracy
 from model.prediction import Prediction
 from solver import ContactProblem, boyer_resistance
 from solver.contact_statistics import contact_spots
 from solver.errors import AsperityError
 from solver.stiffness import contact_stiffness
 from worker.statistics import solution_of
+
+LOADS_AT_ONCE = 8
 
 
 async def sweep(service: Service, files: Files, form: SweepForm) -> tuple[SweepAnswer, AsyncIterator[SweepPoint]]:
@@ -25,23 +28,32 @@ async def sweep(service: Service, files: Files, form: SweepForm) -> tuple[SweepA
     Raises:
         AsperityError: bad input.
     """
-    load = form.loads[0]
-    reading = await service.in_thread(read_problem, files, form, load, service.sandbox.decode)
-    surrogate = service.surrogate
-    points = sweep_points(surrogate, reading.problem, form)
-    answer = SweepAnswer(model=surrogate.version, surface=reading.surface, warnings=reading.warnings, points=[])
-    return answer, service.one_by_one(points)
+    reading = await service.in_thread(read_problem, files, form, form.loads[0], service.sandbox.decode)
+    answer = SweepAnswer(model=service.version, surface=reading.surface, warnings=reading.warnings, points=[])
+    return answer, _points(service, reading.problem, form)
 
 
-def sweep_points(surrogate: Surrogate, problem: ContactProblem, form: SweepForm) -> Iterator[SweepPoint]:
-    """Predict under each load of a form, in its order; a load that fails says why, and the others go on."""
-    problems = [replace(problem, load=load) for load in form.loads]
-    answers = surrogate.predict_sweep(problem, form.loads, form.accuracy)
-    for one in problems:
+async def _points(service: Service, problem: ContactProblem, form: SweepForm) -> AsyncIterator[SweepPoint]:
+    """A few loads at a time, so that the first come soon and other requests come in between."""
+    for first in range(0, len(form.loads), LOADS_AT_ONCE):
+        loads = form.loads[first : first + LOADS_AT_ONCE]
+        for point in await service.compute.run(computed_points, problem, loads, form.accuracy, form.resistivity_ohm_m):
+            yield point
+
+
+def computed_points(
+    computer: Computer, problem: ContactProblem, loads: list[float], accuracy: Accuracy, resistivity: float | None
+) -> list[SweepPoint]:
+    """Predict under each load; one that fails says why, and the others go on."""
+    points: list[SweepPoint] = []
+    while len(points) < len(loads):
+        left = loads[len(points) :]
         try:
-            yield _point(one, next(answers), form.resistivity_ohm_m)
+            for load, prediction in zip(left, computer.surrogate.predict_sweep(problem, left, accuracy), strict=True):
+                points.append(_point(replace(problem, load=load), prediction, resistivity))
         except AsperityError as error:
-            yield SweepPoint(load_n=one.load, error=str(error))
+            points.append(SweepPoint(load_n=loads[len(points)], error=str(error)))
+    return points
 
 
 def _point(problem: ContactProblem, prediction: Prediction, resistivity: float | None) -> SweepPoint:

@@ -23,10 +23,9 @@ def healthz() -> Health:
 
 
 @router.get("/readyz")
-def readyz(service: ServiceDependency) -> Health:
+async def readyz(service: ServiceDependency) -> Health:
     """Whether predictions and verifications can be made: weights loaded, queue reachable; 503 with the cause if not."""
-    service.check()
-    return Health(status="ok", model=service.surrogate.version)
+    return Health(status="ok", model=await service.check())
 
 
 @router.get("/metrics", response_class=Response, responses={200: {"content": {"text/plain": {}}}})

@@ -1,0 +1,139 @@
+"""Processes that compute, so that the event loop only ever waits: each holds a network, a store and a queue of its own."""
+
+import asyncio
+import os
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import get_context
+from typing import Any, TypeVar
+
+from app.errors import BusyError, ComputeError
+from app.settings import Settings
+from model import Surrogate
+from worker.connection import connect
+from worker.jobs import VerificationQueue
+from worker.lifetime import die_with_parent
+from worker.logs import log_as_json, request_id
+from worker.store import ResultStore
+
+Result = TypeVar("Result")
+
+
+class Computer:
+    """What one of the processes computes with.
+
+    Raises:
+        WeightsError: the weights are missing or damaged.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        self.surrogate = Surrogate.load(settings.weights)
+        self.store = ResultStore(settings.results_place, settings.retention_s)
+
+    def queue(self) -> VerificationQueue:
+        """The queue, over a connection that has just answered.
+
+        Raises:
+            QueueUnavailableError: nothing answers.
+        """
+        return VerificationQueue(connect(self.settings), self.settings)
+
+
+class Compute:
+    """The processes. If one dies all are replaced, and what they computed is computed again, once.
+
+    Args:
+        settings: handed on to the processes.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        self._waiting = 0
+        self._found: str | BaseException = ComputeError("The service has not started yet.")
+        self._pool: ProcessPoolExecutor | None = None
+
+    async def start(self) -> None:
+        """Start the processes, and wait until they have tried to load the network."""
+        self._start()
+        each = [self.run(_ready) for _ in range(self.settings.compute_processes)]
+        self._found = (await asyncio.gather(*each, return_exceptions=True))[0]
+
+    def check(self) -> str:
+        """The version of the weights that the processes predict with.
+
+        Raises:
+            ComputeError, WeightsError: why they do not.
+        """
+        if isinstance(self._found, BaseException):
+            raise self._found
+        return self._found
+
+    def stop(self) -> None:
+        """Let the processes end what they compute, and end them."""
+        if self._pool is not None:
+            self._pool.shutdown(wait=True, cancel_futures=True)
+
+    async def run(self, task: Callable[..., Result], *arguments: object) -> Result:
+        """Compute in one of the processes.
+
+        Args:
+            task: a function of a module, called with the computer of the process and the arguments.
+            arguments: all that it needs besides.
+
+        Raises:
+            BusyError: too many tasks wait.
+            ComputeError: the processes die of this task.
+            AsperityError: what the task raises.
+        """
+        if self._waiting >= self.settings.requests_waiting:
+            raise BusyError(f"{self._waiting} requests wait to be computed; try again later.")
+        self._waiting += 1
+        try:
+            return await self._tried(task, arguments)
+        finally:
+            self._waiting -= 1
+
+    async def _tried(self, task: Callable[..., Result], arguments: tuple[object, ...]) -> Result:
+        for _ in range(2):
+            pool = self._pool
+            if pool is None:
+                raise ComputeError("The service has not started yet.")
+            try:
+                return await asyncio.wrap_future(pool.submit(_call, request_id.get(), task, arguments))
+            except BrokenProcessPool:
+                if self._pool is pool:  # nobody else has replaced it yet
+                    self._start()
+        raise ComputeError("The process that computed this died twice, perhaps for want of memory.")
+
+    def _start(self) -> None:
+        self._pool = ProcessPoolExecutor(
+            self.settings.compute_processes,
+            mp_context=get_context("spawn"),
+            initializer=_prepare,
+            initargs=(os.getpid(), self.settings),
+        )
+
+
+def _ready(computer: Computer) -> str:
+    return computer.surrogate.version
+
+
+_here: dict[str, Any] = {}
+"""What this process was started with, and its computer once something was asked of it."""
+
+
+def _prepare(parent: int, settings: Settings) -> None:
+    """The start of a process."""
+    die_with_parent(parent)
+    log_as_json()
+    _here["settings"] = settings
+
+
+def _call(request: str | None, task: Callable[..., Result], arguments: tuple[object, ...]) -> Result:
+    """A task, in the process; weights that cannot be loaded are told to whoever asks for something."""
+    if "computer" not in _here:
+        _here["computer"] = Computer(_here["settings"])
+    request_id.set(request)
+    return task(_here["computer"], *arguments)
