@@ -19,6 +19,8 @@ from worker.store import ResultStore
 
 Result = TypeVar("Result")
 
+NICE = 5
+
 
 class Computer:
     """What one of the processes computes with.
@@ -125,8 +127,9 @@ _here: dict[str, Any] = {}
 
 
 def _prepare(parent: int, settings: Settings) -> None:
-    """The start of a process."""
+    """The start of a process, which yields to the one with the event loop."""
     die_with_parent(parent)
+    os.nice(NICE)
     log_as_json()
     _here["settings"] = settings
 

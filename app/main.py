@@ -27,7 +27,9 @@ def create_app(settings: Settings) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         await service.start()
+        watch = asyncio.create_task(service.metrics.watch_loop())
         yield
+        watch.cancel()
         await asyncio.to_thread(service.stop)
 
     app = FastAPI(

@@ -1,6 +1,8 @@
 """What Prometheus reads at /metrics: of this process, and of the queue that all processes share."""
 
+import asyncio
 from collections.abc import Callable, Iterator
+from time import perf_counter
 
 from prometheus_client import CollectorRegistry, Counter, Histogram, generate_latest
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
@@ -11,6 +13,7 @@ from worker.errors import QueueUnavailableError
 from worker.jobs import VerificationQueue
 from worker.outcomes import Outcomes
 
+WATCH_EVERY_S = 0.05
 SECONDS = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0)
 
 
@@ -40,6 +43,12 @@ class Metrics:
         self.predictions = Counter(
             "asperity_predictions", "Predictions by what answered them", ["method"], registry=self.registry
         )
+        self.lag = Histogram(
+            "asperity_event_loop_lag_seconds",
+            "How much later than asked for the event loop goes on",
+            buckets=SECONDS,
+            registry=self.registry,
+        )
         self.registry.register(_Shared(queue))
 
     def predicted(self, numbers: Numbers) -> None:
@@ -47,6 +56,13 @@ class Metrics:
         self.predictions.labels(numbers.method).inc()
         for stage, milliseconds in numbers.timings_ms.items():
             self.stages.labels(stage).observe(milliseconds / 1e3)
+
+    async def watch_loop(self) -> None:
+        """Measure the lag of the event loop, for ever."""
+        while True:
+            started = perf_counter()
+            await asyncio.sleep(WATCH_EVERY_S)
+            self.lag.observe(max(0.0, perf_counter() - started - WATCH_EVERY_S))
 
     def text(self) -> bytes:
         """In the text format of Prometheus."""

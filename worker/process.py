@@ -29,6 +29,7 @@ ABANDONED_AFTER_S = 20
 """Without a heartbeat for so long a job counts as abandoned and is queued again."""
 
 MAINTENANCE_EVERY_S = 10
+NICE = 10
 
 
 class VerificationWorker(Worker):
@@ -83,5 +84,6 @@ def run_worker(settings: Settings) -> None:
         QueueUnavailableError: Redis does not answer.
     """
     log_as_json()
+    os.nice(NICE)  # whoever waits for a prediction on the same machine comes first
     logging.getLogger("rq.worker").addFilter(lambda record: "cleaning registries" not in record.getMessage())
     VerificationWorker(connect(settings)).work(logging_level="INFO")

@@ -17,7 +17,7 @@ class Health(BaseModel):
 
 
 @router.get("/healthz")
-def healthz() -> Health:
+async def healthz() -> Health:
     """Whether the process lives."""
     return Health(status="ok")
 
