@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 from app.errors import BusyError, ComputeError
 from app.settings import Settings
 from model import Surrogate
+from model.weights import SHIPPED
 from worker.connection import connect
 from worker.jobs import VerificationQueue
 from worker.lifetime import die_with_parent
@@ -31,7 +32,7 @@ class Computer:
 
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
-        self.surrogate = Surrogate.load(settings.weights)
+        self.surrogate = Surrogate.load(settings.weights or SHIPPED)
         self.store = ResultStore(settings.results_place, settings.retention_s)
 
     def queue(self) -> VerificationQueue:

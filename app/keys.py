@@ -1,35 +1,15 @@
-"""API keys: who may do what, and how often. Only their hashes are known to the service."""
+"""The gate: who may do what, and how often."""
 
-from hashlib import sha256
-from secrets import token_urlsafe
-from typing import Annotated, Literal
+from typing import Annotated
 
 from fastapi import Depends, Request
 from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
 from limits import RateLimitItemPerMinute
 from limits.storage import MemoryStorage
 from limits.strategies import MovingWindowRateLimiter
-from pydantic import BaseModel, Field, PositiveInt
 
+from app.api_key import ApiKey, Scope, digest
 from app.errors import ForbiddenError, RateLimitedError, UnauthorizedError
-
-Scope = Literal["read", "write"]
-"""``read`` is to look at what is there, ``write`` to have something computed, queued or canceled."""
-
-
-class ApiKey(BaseModel):
-    """A key as the settings hold it."""
-
-    name: str
-    sha256: str = Field(pattern="^[0-9a-f]{64}$")
-    scopes: set[Scope] = {"read", "write"}
-    requests_per_minute: PositiveInt | None = None
-
-
-def new_key(name: str) -> tuple[str, ApiKey]:
-    """A secret of 256 bits for a client, and what the settings must hold of it."""
-    secret = token_urlsafe(32)
-    return secret, ApiKey(name=name, sha256=_hash(secret))
 
 
 class Gate:
@@ -58,7 +38,7 @@ class Gate:
             return
         if secret is None:
             raise UnauthorizedError("This service requires an API key; send it as `Authorization: Bearer KEY`.")
-        key = self.keys.get(_hash(secret))
+        key = self.keys.get(digest(secret))
         if key is None:
             raise UnauthorizedError("This API key is not known; check it, or ask for a new one.")
         if scope not in key.scopes:
@@ -68,10 +48,6 @@ class Gate:
     def _count(self, client: str, most: int | None) -> None:
         if most is not None and not self._limiter.hit(RateLimitItemPerMinute(most), client):
             raise RateLimitedError(f"More than {most} requests within a minute; wait, and try again.")
-
-
-def _hash(secret: str) -> str:
-    return sha256(secret.encode()).hexdigest()
 
 
 bearer = HTTPBearer(auto_error=False, description="API key, where the service requires one")

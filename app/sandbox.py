@@ -23,6 +23,9 @@ MEMORY_BYTES = 4 * 2**30
 
 SECONDS = 20.0
 
+PRELOADED = ["app.formats.instrument", "PIL.TiffImagePlugin", "app.sandbox", "app.cli"]
+"""What children are forked with; the last is what the main module imports, which each child runs again."""
+
 ADVICE = "Crop it, or export it as PNG or NPY."
 
 ANSWERED, REFUSED = b"+", b"-"
@@ -33,7 +36,7 @@ class Sandbox:
 
     def __init__(self) -> None:
         self._context: ForkServerContext = get_context("forkserver")
-        self._context.set_forkserver_preload(["app.formats.instrument", "app.sandbox"])
+        self._context.set_forkserver_preload(PRELOADED)
 
     def start(self) -> None:
         """Have the readers imported, without waiting for it."""

@@ -12,7 +12,7 @@ from app.schemas import (
     ModelAnswer,
 )
 from app.settings import Settings
-from model.weights import NAME, read_manifest, version
+from model.weights import NAME, SHIPPED, read_manifest, version
 from worker.connection import connect
 from worker.jobs import VerificationQueue
 from worker.store import ResultStore
@@ -53,7 +53,7 @@ class Service:
         Raises:
             WeightsError: there are none.
         """
-        return version(read_manifest(self.settings.weights))
+        return version(read_manifest(self.settings.weights or SHIPPED))
 
     async def check(self) -> str:
         """Make sure that predictions and verifications are possible; returns the version of the weights.
@@ -75,7 +75,7 @@ class Service:
         Raises:
             WeightsError: its weights are missing or damaged.
         """
-        manifest = read_manifest(self.settings.weights)
+        manifest = read_manifest(self.settings.weights or SHIPPED)
         return ModelAnswer(
             name=NAME,
             version=version(manifest),

@@ -5,9 +5,8 @@ from pathlib import Path
 
 from pydantic import Field, NonNegativeInt, PositiveInt, ValidationError
 
+from app.api_key import ApiKey
 from app.errors import InvalidSettingsError
-from app.keys import ApiKey
-from model.weights import SHIPPED
 from worker.settings import Settings as WorkerSettings
 
 
@@ -18,7 +17,9 @@ class Settings(WorkerSettings):
     port: PositiveInt = Field(default=8000, le=65535, description="port to listen on")
     workers: NonNegativeInt = Field(default=1, description="worker processes that `asperity serve` keeps running")
     upload_limit_mib: PositiveInt = Field(default=64, description="largest upload, in MiB")
-    weights: Path = Field(default=SHIPPED, description="directory of the weights that predict; the shipped ones if left out")
+    weights: Path | None = Field(
+        default=None, description="directory of the weights that predict; the shipped ones if left out"
+    )
     compute_processes: PositiveInt = Field(
         default_factory=lambda: min(4, os.cpu_count() or 1),
         description="processes that compute predictions; each takes about half a GiB",

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from app.keys import new_key
+from app.api_key import new_key
 from app.settings import read_settings
 from worker.embedded_redis import EmbeddedRedis
 from worker.process import run_worker

@@ -1,6 +1,7 @@
 """NPY files of NumPy: a plain array of numbers, never objects."""
 
 import io
+from tokenize import TokenError
 
 import numpy as np
 
@@ -24,6 +25,6 @@ def read_npy(data: bytes) -> HeightMap:
             raise NotAHeightMapError(f"The NPY file holds {kind}; heights are integers or floating-point numbers.")
         file.seek(0)
         values = np.lib.format.read_array(file, allow_pickle=False).astype(np.float64)
-    except (ValueError, OSError, EOFError, TypeError, OverflowError) as error:
+    except (ValueError, OSError, EOFError, TypeError, OverflowError, SyntaxError, TokenError) as error:
         raise DamagedFileError(f"The NPY file is damaged ({error}). Save it again with numpy.save.") from error
     return HeightMap(np.where(np.isfinite(values), values, np.nan), "NPY")

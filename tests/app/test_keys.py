@@ -8,8 +8,9 @@ from pathlib import Path
 import httpx
 import pytest
 
+from app.api_key import new_key
 from app.errors import ForbiddenError, RateLimitedError, UnauthorizedError
-from app.keys import Gate, new_key
+from app.keys import Gate
 from app.main import create_app
 from app.settings import Settings, read_settings
 from tests.app.conftest import UNITS, run

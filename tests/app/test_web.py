@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
-from app.keys import new_key
+from app.api_key import new_key
 from tests.app.conftest import UNITS, serving
 from tests.app.files import ascii_grid, png, surface_codes, surface_png
 

@@ -3,6 +3,7 @@
 import os
 import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -15,6 +16,12 @@ def test_a_worker_without_a_queue_fails_with_advice(tmp_path: Path) -> None:
     done = run("worker", ASPERITY_STATE_DIR=str(tmp_path))
     assert done.returncode == 1
     assert "asperity serve" in done.stderr
+
+
+def test_the_command_line_loads_neither_network_nor_server() -> None:
+    """A worker forks for each job; a child of a process with torch may deadlock, and every command waits for imports."""
+    program = "import sys, app.cli; sys.exit(any(name in sys.modules for name in ('torch', 'openvino', 'fastapi')))"
+    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
 
 
 def test_a_setting_that_cannot_be_used_is_bad_input() -> None:

@@ -57,6 +57,8 @@ def announced(shape: str) -> bytes:
         (npy(np.zeros((3, 3)))[:-8], DamagedFileError),
         (announced("(100, 100)"), DamagedFileError),
         (announced("(-1, 5)"), DamagedFileError),
+        (announced("(3, 3"), DamagedFileError),
+        (announced("(3, 3), 'more': open"), DamagedFileError),
         (announced("(50000, 50000)"), ImageTooLargeError),
         (npy(np.zeros(9)), NotAHeightMapError),
         (npy(np.zeros((3, 3, 3))), NotAHeightMapError),
