@@ -32,9 +32,10 @@ def contact_problem(form: BodiesForm, load: float, height_map: HeightMap, second
     faults = list(_unit_faults(form, maps, pixel_size))
     if faults or pixel_size is None:
         raise InvalidFormError(faults)
-    heights = _heights(form, height_map, "height_range_um")
+    units = {name: unit for name, one in maps.items() if (unit := _height_unit(form, one, name)) is not None}
+    heights = _heights(form, height_map, units["height_range_um"])
     if second is not None:
-        other = _heights(form, second, "height_range_2_um")
+        other = _heights(form, second, units["height_range_2_um"])
         _check_second(heights, other, pixel_size, second)
         heights = composite(heights, other)
     heights = detrended(heights, form.detrend)
@@ -65,7 +66,7 @@ def given_pixel_size(form: BodiesForm) -> Size | None:
     return None
 
 
-def _heights(form: BodiesForm, height_map: HeightMap, range_field: str) -> FloatArray:
+def _heights(form: BodiesForm, height_map: HeightMap, unit: float) -> FloatArray:
     """In m, cropped, without gaps."""
     values = height_map.values
     if form.crop is not None:
@@ -73,7 +74,7 @@ def _heights(form: BodiesForm, height_map: HeightMap, range_field: str) -> Float
         if values.shape != (form.crop.rows, form.crop.columns):
             rows, columns = height_map.values.shape
             raise _refusal("crop", "out-of-range", f"crop reaches beyond the map of {rows} x {columns} pixels.")
-    heights: FloatArray = filled(values) * (_height_unit(form, height_map, range_field) or 1.0)
+    heights: FloatArray = filled(values) * unit
     return heights
 
 

@@ -215,6 +215,19 @@ def test_a_sweep_is_nearly_its_loads_one_by_one(surrogate: Surrogate) -> None:
     assert areas == sorted(areas)
 
 
+def test_a_sweep_at_an_accuracy_is_as_accurate_at_every_load(surrogate: Surrogate) -> None:
+    problem, loads = rough(256, 1600), [80.0, 5.0, 20.0]
+    swept = list(surrogate.predict_sweep(problem, loads, 0.01))
+    for load, one in zip(loads, swept, strict=True):
+        assert compare(solve(replace(problem, load=load)).contact_mask, one.contact_mask).dice > 0.98
+        assert one.expected_error.largest <= 0.01
+        assert one.pressure.sum() * problem.pixel_area == pytest.approx(load, rel=1e-6)
+    (exact,) = surrogate.predict_sweep(problem, [30.0], "exact")
+    np.testing.assert_array_equal(exact.contact_mask, solve(problem).contact_mask)
+    with pytest.raises(InvalidLoadError):
+        list(surrogate.predict_sweep(problem, [30.0, -1.0]))
+
+
 @pytest.mark.parametrize("loads", [[30.0], [30.0, 30.0], [1.0, 300.0]])
 def test_a_sweep_of_few_loads_is_exactly_they(surrogate: Surrogate, loads: list[float]) -> None:
     swept = surrogate.estimate_sweep(rough(64, 1100), loads)
