@@ -219,7 +219,7 @@ class Surrogate:
         exact = method.tolerance == SOLVED.tolerance
         before = {} if reached is None else reached.timings_ms
         mask = solution.contact_mask if exact else active(problem, solution)
-        pressure = np.where(mask, solution.pressure, 0.0)
+        pressure = np.where(mask, np.maximum(solution.pressure, np.finfo(np.float32).tiny), 0.0)
         disagreement = 1 - dice(solution.contact_mask, mask)
         evidence = Evidence(disagreement, int(np.count_nonzero(mask)), log_load(problem) if problem.rms_slope else -np.inf)
         return Prediction(

@@ -8,7 +8,7 @@ import pytest
 from model import Surrogate, compare
 from model.calibration import QUANTITIES, ErrorBar
 from model.errors import WeightsError
-from model.methods import NETWORK, Method
+from model.methods import METHODS, NETWORK, Method
 from model.weights import SHIPPED, load_weights
 from solver import ContactProblem, random_midpoint_displacement, solve
 from solver.errors import InvalidLoadError
@@ -78,9 +78,10 @@ def test_what_is_too_small_or_flat_is_solved(surrogate: Surrogate, heights: np.n
     np.testing.assert_array_equal(prediction.contact_mask, solve(problem).contact_mask)
 
 
-def test_the_pressure_carries_the_load_on_the_mask(surrogate: Surrogate) -> None:
+@pytest.mark.parametrize("method", METHODS, ids=lambda method: f"{method.start} {method.tolerance:g}")
+def test_the_pressure_carries_the_load_on_the_mask(surrogate: Surrogate, method: Method) -> None:
     problem = rough(128, 500)
-    prediction = surrogate.estimate(problem)
+    prediction = surrogate.answer(problem, method)
     np.testing.assert_array_equal(prediction.pressure > 0, prediction.contact_mask)
     assert prediction.pressure.sum() * problem.pixel_area == pytest.approx(problem.load, rel=1e-6)
 
