@@ -1,5 +1,6 @@
 """Workers as child processes of the service: started with it, started again when one dies, ended with it."""
 
+import logging
 import os
 import subprocess
 import sys
@@ -9,6 +10,8 @@ from types import TracebackType
 
 from worker.lifetime import die_with_parent
 from worker.settings import Settings
+
+logger = logging.getLogger(__name__)
 
 RESTART_AFTER_S = 1.0
 STOP_TIMEOUT_S = 5.0
@@ -41,9 +44,15 @@ class WorkerSupervisor:
 
     def _keep(self) -> None:
         """Start, watch and end the workers, all from one thread, because they die with the thread that started them."""
-        self.processes = [self._start() for _ in range(self.count)]
-        while not self._stopping.wait(RESTART_AFTER_S):
-            self.processes = [process if process.poll() is None else self._start() for process in self.processes]
+        while True:
+            self.processes = [process for process in self.processes if process.poll() is None]
+            try:
+                while len(self.processes) < self.count:
+                    self.processes.append(self._start())
+            except (OSError, subprocess.SubprocessError):  # no memory or no process to be had now
+                logger.exception("A worker could not be started; it is tried again.")
+            if self._stopping.wait(RESTART_AFTER_S):
+                break
         for process in self.processes:
             process.terminate()
         for process in self.processes:

@@ -31,6 +31,24 @@ def test_a_supervised_worker_that_dies_is_replaced(queue: VerificationQueue, set
     assert found.poll() is not None
 
 
+def test_a_worker_that_cannot_be_started_is_tried_again(
+    connection: Redis, settings: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    start, failures = WorkerSupervisor._start, [OSError("no memory"), OSError("no process")]
+
+    def flaky(supervisor: WorkerSupervisor) -> "subprocess.Popen[bytes]":
+        if failures:
+            raise failures.pop()
+        return start(supervisor)
+
+    monkeypatch.setattr(WorkerSupervisor, "_start", flaky)
+    with WorkerSupervisor(settings, count=1):
+        deadline = time.monotonic() + 60
+        while Worker.count(connection) < 1:
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux kills children with their parent")
 def test_workers_end_when_the_service_is_killed(queue: VerificationQueue, settings: Settings, connection: Redis) -> None:
     launcher = "import time; from worker.settings import Settings; from worker.supervisor import WorkerSupervisor\n"
