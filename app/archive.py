@@ -3,33 +3,51 @@
 import io
 import zipfile
 import zlib
-from collections.abc import Iterator
 
 from app.errors import ArchiveError
 
 MOST_MEMBERS = 500
 
+UNREADABLE = (zipfile.BadZipFile, zlib.error, RuntimeError, NotImplementedError, EOFError, OSError, ValueError)
+"""What the standard library raises: RuntimeError for encrypted files, NotImplementedError for unusual compression."""
 
-def members(data: bytes, limit_bytes: int) -> Iterator[tuple[str, bytes]]:
-    """Names and contents of the files of an archive, in its order.
+
+class Archive:
+    """A zip file whose files are unpacked one at a time, when they are asked for.
 
     Args:
-        data: a zip file.
+        data: the zip file.
         limit_bytes: largest file, unpacked.
 
     Raises:
-        ArchiveError: no zip file, a damaged or encrypted one, or one that holds too much.
+        ArchiveError: no zip file, or one that holds too much.
     """
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            files = [info for info in archive.infolist() if not info.is_dir()]
-            if not 0 < len(files) <= MOST_MEMBERS:
-                raise ArchiveError(f"The archive holds {len(files)} files; it may hold 1 to {MOST_MEMBERS}.")
-            for info in files:
-                if info.file_size > limit_bytes:
-                    raise ArchiveError(f"{info.filename} has {info.file_size} bytes unpacked, more than an upload may have.")
-            for info in files:
-                with archive.open(info) as file:
-                    yield info.filename, file.read(limit_bytes)
-    except (zipfile.BadZipFile, zlib.error, RuntimeError, NotImplementedError, EOFError, OSError, ValueError) as error:
-        raise ArchiveError(f"The archive cannot be read ({error}). Send a plain zip file, without a password.") from error
+
+    def __init__(self, data: bytes, limit_bytes: int) -> None:
+        try:
+            self._archive = zipfile.ZipFile(io.BytesIO(data))
+        except UNREADABLE as error:
+            raise _unreadable(error) from error
+        self._limit_bytes = limit_bytes
+        self.files = [info for info in self._archive.infolist() if not info.is_dir()]
+        if not 0 < len(self.files) <= MOST_MEMBERS:
+            raise ArchiveError(f"The archive holds {len(self.files)} files; it may hold 1 to {MOST_MEMBERS}.")
+        for info in self.files:
+            if info.file_size > limit_bytes:
+                raise ArchiveError(f"{info.filename} has {info.file_size} bytes unpacked, more than an upload may have.")
+
+    def read(self, info: zipfile.ZipInfo) -> bytes:
+        """The contents of a file.
+
+        Raises:
+            ArchiveError: it is damaged or encrypted.
+        """
+        try:
+            with self._archive.open(info) as file:
+                return file.read(self._limit_bytes)
+        except UNREADABLE as error:
+            raise _unreadable(error) from error
+
+
+def _unreadable(error: Exception) -> ArchiveError:
+    return ArchiveError(f"The archive cannot be read ({error}). Send a plain zip file, without a password.")

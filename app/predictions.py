@@ -2,7 +2,7 @@
 
 from collections.abc import AsyncIterator
 
-from app.archive import members
+from app.archive import Archive
 from app.body_limit import MEBIBYTE
 from app.computing import MASK, PREDICTION, bare, computed_prediction, delivered
 from app.content import content_id
@@ -45,8 +45,7 @@ class Predictions:
             AsperityError: bad input, an idempotency key that stands for another request, or no queue for a verification.
         """
         service, fields = self.service, bare(form)
-        prediction_id = content_id(files, fields, service.version)
-        known = await service.in_thread(self._known, prediction_id, files, fields, key)
+        prediction_id, known = await service.in_thread(self._known, files, fields, key)
         if known is not None:
             return known, True
         maps = await service.in_thread(Maps.of, files, service.sandbox.decode)
@@ -54,14 +53,15 @@ class Predictions:
         service.metrics.predicted(answer)
         return answer, False
 
-    def _known(self, prediction_id: str, files: Files, form: PredictionFields, key: str | None) -> PredictionAnswer | None:
-        """The answer that is there, verified now if that was not asked for before; None if there is none."""
+    def _known(self, files: Files, form: PredictionFields, key: str | None) -> tuple[str, PredictionAnswer | None]:
+        """Its id, and the answer that is there, verified now if that was not asked for before; None if there is none."""
+        prediction_id = content_id(files, form, self.service.version)
         if key is not None and self.service.store.claim(key, prediction_id) != prediction_id:
             raise IdempotencyKeyReusedError("This idempotency key stands for another request; choose a new one.")
         try:
             answer = self.read(prediction_id)
         except ResultNotFoundError:
-            return None
+            return prediction_id, None
         if form.verify and not (answer.verification and self._lives(answer.verification.job_id)):
             reading = read_problem(files, form, form.load_n, self.service.sandbox.decode)
             parcel = Parcel(
@@ -70,7 +70,7 @@ class Predictions:
             job_id = self.service.queue().enqueue(parcel, None, request_id.get(), form.webhook_url)
             answer.verification = job_link(job_id)
             self.service.store.put(prediction_id, {PREDICTION: answer.model_dump_json().encode()})
-        return delivered(answer, self.mask(prediction_id), form)
+        return prediction_id, delivered(answer, self.mask(prediction_id), form)
 
     def _lives(self, job_id: str) -> bool:
         """Whether a job has not ended without a result."""
@@ -96,17 +96,16 @@ class Predictions:
             ArchiveError: the archive cannot be read.
         """
         limit = self.service.settings.upload_limit_mib * MEBIBYTE
-        maps = await self.service.in_thread(lambda: list(members(archive, limit)))
-        return self._items(maps, form)
+        return self._items(await self.service.in_thread(Archive, archive, limit), form)
 
-    async def _items(self, maps: list[tuple[str, bytes]], form: BatchForm) -> AsyncIterator[BatchItem]:
-        for name, data in maps:
+    async def _items(self, archive: Archive, form: BatchForm) -> AsyncIterator[BatchItem]:
+        for info in archive.files:
             try:
-                answer, _ = await self.predict(Files(data), form)
+                answer, _ = await self.predict(Files(await self.service.in_thread(archive.read, info)), form)
             except AsperityError as error:
-                yield BatchItem(file=name, prediction=None, problem=problem_of(error, "/v1/batches"))
+                yield BatchItem(file=info.filename, prediction=None, problem=problem_of(error, "/v1/batches"))
             else:
-                yield BatchItem(file=name, prediction=answer, problem=None)
+                yield BatchItem(file=info.filename, prediction=answer, problem=None)
 
     def read(self, prediction_id: str) -> PredictionAnswer:
         """A stored prediction, as it was answered.

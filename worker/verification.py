@@ -60,17 +60,17 @@ def verify() -> dict[str, Any] | None:
     if job is None:
         raise JobNotFoundError("A verification runs in a worker, as a job.")
     keys = JobKeys(job.connection, job.id)
+    outcomes = Outcomes(job.connection)
     if keys.cancel_requested():
+        _canceled(job, keys, outcomes)
         return None
     if finished := job.return_value():
         return dict(finished)
-    parcel, outcomes = keys.receive_parcel(), Outcomes(job.connection)
+    parcel = keys.receive_parcel()
     try:
         result, solution = solve_and_compare(parcel, _Reporter(job, keys))
     except CanceledError:
-        keys.drop_parcel()
-        outcomes.count("canceled")
-        announce(job, "canceled")
+        _canceled(job, keys, outcomes)
         return None
     job.connection.set(keys.reference_mask, mask_png(solution.contact_mask), ex=job.result_ttl)
     fields: dict[FieldName, FloatArray] = {"pressure": solution.pressure, "gap": solution.gap}
@@ -83,6 +83,12 @@ def verify() -> dict[str, Any] | None:
         outcomes.count_verification(parcel.model, result["comparison"]["dice"])
     keys.expire_parcel()
     return result
+
+
+def _canceled(job: Job, keys: JobKeys, outcomes: Outcomes) -> None:
+    keys.drop_parcel()
+    outcomes.count("canceled")
+    announce(job, "canceled")
 
 
 class _Reporter:

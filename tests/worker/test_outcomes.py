@@ -5,7 +5,7 @@ from redis import Redis
 from tests.worker.conftest import Wait, ended, rough, worker
 from worker.jobs import VerificationQueue
 from worker.outcomes import Outcomes
-from worker.parcel import Parcel
+from worker.parcel import JobKeys, Parcel
 from worker.settings import Settings
 
 
@@ -20,6 +20,18 @@ def test_counts_add_up(connection: Redis) -> None:
     found = outcomes.read()
     assert found.ended == {"finished": 2, "failed": 1}
     assert found.dice_errors == {"net-1": (2, 0.25)}
+
+
+def test_a_job_canceled_just_before_it_starts_is_counted(
+    queue: VerificationQueue, settings: Settings, connection: Redis, wait_for: Wait
+) -> None:
+    job_id = queue.enqueue(Parcel(rough(32)))
+    JobKeys(connection, job_id).request_cancel(60)
+    following = queue.enqueue(Parcel(rough(32)))
+    with worker(settings):
+        wait_for(following, ended)
+    assert queue.state(job_id).status == "canceled"
+    assert Outcomes(connection).read().ended == {"canceled": 1, "finished": 1}
 
 
 def test_each_end_of_a_job_is_counted_once(

@@ -24,6 +24,15 @@ def test_every_file_gets_its_prediction_or_its_problem(client: httpx.Client) -> 
         assert item["prediction"]["verification"] is None
 
 
+def test_a_damaged_file_does_not_stop_the_others(client: httpx.Client) -> None:
+    data = bytearray(zipped({"one.png": surface_png(seed=53), "two.png": surface_png(seed=54)}))
+    data[data.index(b"one.png") + 2000] ^= 255
+    response = client.post("/v1/batches", data=UNITS, files={"archive": bytes(data)})
+    one, two = map(json.loads, response.text.splitlines())
+    assert one["problem"]["type"] == "/problems/invalid-archive"
+    assert two["prediction"]["contact_fraction"] > 0
+
+
 def test_what_is_no_archive(client: httpx.Client) -> None:
     response = client.post("/v1/batches", data=UNITS, files={"archive": surface_png()})
     assert response.status_code == 422
