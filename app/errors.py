@@ -116,6 +116,14 @@ class UploadTooLargeError(UploadError):
     http_status = 413
 
 
+class SlowUploadError(UploadError):
+    """A request body that stops coming, or takes too long."""
+
+    code = "slow-upload"
+    title = "The upload takes too long"
+    http_status = 408
+
+
 class UnknownFormatError(UploadError):
     """A file of no format that is read."""
 

@@ -1,41 +1,71 @@
-"""The gate: who may do what, and how often."""
+"""The gate: who may do what, and how often; asked before anything of a body is read."""
 
-from typing import Annotated
-
-from fastapi import Depends, Request
-from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
+from anyio import to_thread
+from fastapi.security import HTTPBearer
 from limits import RateLimitItemPerMinute
-from limits.storage import MemoryStorage
+from limits.storage import MemoryStorage, RedisStorage
 from limits.strategies import MovingWindowRateLimiter
+from redis.exceptions import RedisError
+from starlette.datastructures import Headers
+from starlette.types import ASGIApp, Receive, Send
+from starlette.types import Scope as Connection
 
-from app.api_key import ApiKey, Scope, digest
+from app.api_key import Scope, digest
 from app.errors import ForbiddenError, RateLimitedError, UnauthorizedError
+from app.problems import problem_response
+from app.settings import Settings
+from solver.errors import AsperityError
+from worker.connection import client
+
+GUARDED = "/v1/"
+BEARER = "bearer "
+
+bearer = HTTPBearer(auto_error=False, description="API key, where the service requires one")
+"""For the documentation."""
 
 
 class Gate:
-    """Lets requests in.
+    """ASGI middleware that lets requests in: GET reads, everything else writes.
+
+    Requests are counted in the Redis that all service processes share; while it does not answer, each counts its own.
 
     Args:
-        keys: that are known; without any, everyone may do everything.
-        requests_per_minute: of each client that needs no key; None for any number.
+        app: what is behind.
+        settings: keys that are known; without any, everyone may do everything, so many times a minute.
     """
 
-    def __init__(self, keys: list[ApiKey], requests_per_minute: int | None) -> None:
-        self.keys = {key.sha256: key for key in keys}
-        self.requests_per_minute = requests_per_minute
-        self._limiter = MovingWindowRateLimiter(MemoryStorage())
+    def __init__(self, app: ASGIApp, settings: Settings) -> None:
+        self.app = app
+        self.keys = {key.sha256: key for key in settings.api_keys}
+        self.requests_per_minute = settings.requests_per_minute
+        shared = RedisStorage("redis://", connection_pool=client(settings).connection_pool)
+        self._limiters = [MovingWindowRateLimiter(storage) for storage in (shared, MemoryStorage())]
 
-    def admit(self, secret: str | None, scope: Scope, address: str) -> None:
-        """Let a request in.
+    async def __call__(self, scope: Connection, receive: Receive, send: Send) -> None:
+        """Pass a request on, or answer with the problem."""
+        if scope["type"] == "http" and scope["path"].startswith(GUARDED):
+            given = Headers(scope=scope).get("authorization", "")
+            secret = given[len(BEARER) :].strip() if given.lower().startswith(BEARER) else None
+            wanted: Scope = "read" if scope["method"] in ("GET", "HEAD") else "write"
+            address = scope["client"][0] if scope["client"] else ""
+            try:
+                client_id, most = self.admit(secret, wanted, address)
+                if most is not None:
+                    await to_thread.run_sync(self.count, client_id, most)
+            except AsperityError as error:
+                await problem_response(error, scope["path"])(scope, receive, send)
+                return
+        await self.app(scope, receive, send)
+
+    def admit(self, secret: str | None, scope: Scope, address: str) -> tuple[str, int | None]:
+        """Who asks, and how many requests a minute they have.
 
         Raises:
             UnauthorizedError: no key, or an unknown one, where keys are required.
             ForbiddenError: a key without the scope.
-            RateLimitedError: too many requests within a minute.
         """
         if not self.keys:
-            self._count(address, self.requests_per_minute)
-            return
+            return address, self.requests_per_minute
         if secret is None:
             raise UnauthorizedError("This service requires an API key; send it as `Authorization: Bearer KEY`.")
         key = self.keys.get(digest(secret))
@@ -43,18 +73,20 @@ class Gate:
             raise UnauthorizedError("This API key is not known; check it, or ask for a new one.")
         if scope not in key.scopes:
             raise ForbiddenError(f"The API key {key.name} lacks the scope {scope}; ask for a key that has it.")
-        self._count(key.sha256, key.requests_per_minute)
+        return key.sha256, key.requests_per_minute
 
-    def _count(self, client: str, most: int | None) -> None:
-        if most is not None and not self._limiter.hit(RateLimitItemPerMinute(most), client):
+    def count(self, client_id: str, most: int) -> None:
+        """Count a request.
+
+        Raises:
+            RateLimitedError: more than so many within a minute.
+        """
+        if not self._hit(RateLimitItemPerMinute(most), client_id):
             raise RateLimitedError(f"More than {most} requests within a minute; wait, and try again.")
 
-
-bearer = HTTPBearer(auto_error=False, description="API key, where the service requires one")
-
-
-def authorize(request: Request, given: Annotated[HTTPAuthorizationCredentials | None, Depends(bearer)]) -> None:
-    """Dependency of all routes that need a key: GET reads, everything else writes."""
-    gate: Gate = request.app.state.gate
-    scope: Scope = "read" if request.method in ("GET", "HEAD") else "write"
-    gate.admit(None if given is None else given.credentials, scope, request.client.host if request.client else "")
+    def _hit(self, limit: RateLimitItemPerMinute, client_id: str) -> bool:
+        shared, own = self._limiters
+        try:
+            return shared.hit(limit, client_id)
+        except RedisError:
+            return own.hit(limit, client_id)

@@ -14,7 +14,7 @@ from worker.jobs import VerificationQueue
 from worker.outcomes import Outcomes
 
 WATCH_EVERY_S = 0.05
-SECONDS = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0)
+SECONDS = (0.005, 0.01, 0.02, 0.03, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0)
 
 
 class Metrics:

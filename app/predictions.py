@@ -3,11 +3,11 @@
 from collections.abc import AsyncIterator
 
 from app.archive import Archive
-from app.body_limit import MEBIBYTE
 from app.computing import MASK, PREDICTION, bare, computed_prediction, delivered
 from app.content import content_id
 from app.errors import IdempotencyKeyReusedError
 from app.fields import FieldName, bundle, picture
+from app.intake import MEBIBYTE
 from app.job_link import job_link
 from app.problems import problem_of
 from app.reading import Files, Maps, read_problem

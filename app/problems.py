@@ -66,9 +66,14 @@ def problem_of(error: AsperityError, instance: str) -> Problem:
     )
 
 
+def problem_response(error: AsperityError, instance: str) -> JSONResponse:
+    """The answer to a request that met a typed error."""
+    return _response(problem_of(error, instance))
+
+
 def _on_asperity_error(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, AsperityError)  # noqa: S101 (registered for it)
-    return _response(problem_of(error, request.url.path))
+    return problem_response(error, request.url.path)
 
 
 def _on_validation_error(request: Request, error: Exception) -> JSONResponse:

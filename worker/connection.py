@@ -4,7 +4,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from redis import Redis
+from redis.backoff import ExponentialBackoff, NoBackoff
 from redis.exceptions import RedisError
+from redis.retry import Retry
 
 from worker.embedded_redis import socket_path
 from worker.errors import QueueUnavailableError
@@ -13,20 +15,37 @@ from worker.settings import Settings
 CONNECT_TIMEOUT_S = 5
 
 
-def connect(settings: Settings) -> Redis:
-    """A connection that has answered a ping: to ``REDIS_URL``, else to the embedded server of the state directory.
+ONCE_MORE = Retry(NoBackoff(), 1)
+"""A connection that has been lost since it was last used is made anew."""
+
+PATIENTLY = Retry(ExponentialBackoff(cap=1.0, base=0.02), 60)
+"""For about a minute: a Redis that restarts costs a worker nothing but time."""
+
+
+def client(settings: Settings, retry: Retry = ONCE_MORE) -> Redis:
+    """A client of ``REDIS_URL``, else of the embedded server of the state directory; it connects when it is first used.
+
+    Raises:
+        QueueUnavailableError: a REDIS_URL that is none.
+    """
+    if settings.redis_url:
+        try:
+            return Redis.from_url(settings.redis_url, socket_connect_timeout=CONNECT_TIMEOUT_S, retry=retry)
+        except ValueError as error:
+            raise QueueUnavailableError(f"REDIS_URL cannot be used: {error}") from error
+    return Redis(unix_socket_path=str(socket_path(settings.state_path)), retry=retry)
+
+
+def connect(settings: Settings, retry: Retry = ONCE_MORE) -> Redis:
+    """A client that has got an answer to a ping.
 
     Raises:
         QueueUnavailableError: nothing answers there.
     """
-    socket = socket_path(settings.state_path)
+    connection = client(settings, retry)
     try:
-        if settings.redis_url:
-            connection = Redis.from_url(settings.redis_url, socket_connect_timeout=CONNECT_TIMEOUT_S)
-        else:
-            connection = Redis(unix_socket_path=str(socket))
         connection.ping()
-    except (RedisError, ValueError) as error:
+    except RedisError as error:
         advice = (
             "check REDIS_URL"
             if settings.redis_url

@@ -1,9 +1,11 @@
 """The embedded default: a real redis-server as a child process, reached by a private unix socket alone."""
 
 import fcntl
+import logging
 import os
 import shutil
 import subprocess
+import threading
 import time
 from functools import partial
 from pathlib import Path
@@ -22,6 +24,9 @@ from worker.lifetime import die_with_parent
 LONGEST_SOCKET_PATH = 100
 START_TIMEOUT_S = 30.0
 STOP_TIMEOUT_S = 10.0
+LOOK_EVERY_S = 0.2
+
+logger = logging.getLogger(__name__)
 
 
 def socket_path(state: Path) -> Path:
@@ -32,7 +37,7 @@ def socket_path(state: Path) -> Path:
 class EmbeddedRedis:
     """A redis-server with append-only persistence in a state directory, as a context manager.
 
-    It opens no TCP port, evicts nothing, and ends with the process that started it.
+    It opens no TCP port, evicts nothing, is started again should it end, and ends with the process that started it.
 
     Raises (on entering):
         QueueUnavailableError: no server program, a path too long for a socket, another instance in the directory, or a
@@ -44,9 +49,11 @@ class EmbeddedRedis:
         self.socket = socket_path(state)
         self._process: subprocess.Popen[bytes] | None = None
         self._lock: IO[str] | None = None
+        self._stopping = threading.Event()
+        self._keeper = threading.Thread(target=self._keep, name="redis-keeper", daemon=True)
 
     def __enter__(self) -> "EmbeddedRedis":
-        program = _server_program()
+        self._program = _server_program()
         if len(str(self.socket).encode()) > LONGEST_SOCKET_PATH:
             raise QueueUnavailableError(f"{self.socket} is too long for a socket; set ASPERITY_STATE_DIR to a shorter path.")
         data = self.state / "redis"
@@ -64,6 +71,32 @@ class EmbeddedRedis:
                 f"Another Asperity runs in {self.state}; stop it, or set ASPERITY_STATE_DIR to another directory."
             ) from error
         self.socket.unlink(missing_ok=True)
+        self._process = self._start()
+        self._wait_until_ready(self._process)
+        self._keeper.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self._stopping.set()
+        self._keeper.join()
+        if self._lock is not None:
+            self._lock.close()
+
+    def _keep(self) -> None:
+        """Watch the server, and end it in the end; one started here dies with this thread, so it outlives none."""
+        while not self._stopping.wait(LOOK_EVERY_S):
+            if self._process is not None and self._process.poll() is not None:
+                logger.error("The embedded Redis ended (%s); it is started again.", self._process.returncode)
+                try:
+                    self._process = self._start()
+                except (OSError, subprocess.SubprocessError):  # no memory or no process to be had now
+                    logger.exception("The embedded Redis could not be started; it is tried again.")
+        self._end()
+
+    def _start(self) -> "subprocess.Popen[bytes]":
+        data = self.socket.parent
         options = {
             "port": "0",
             "unixsocket": str(self.socket),
@@ -75,17 +108,13 @@ class EmbeddedRedis:
             "maxmemory-policy": "noeviction",
         }
         arguments = [argument for name, value in options.items() for argument in (f"--{name}", value)]
-        self._process = subprocess.Popen(  # noqa: S603
-            [program, *arguments],
+        return subprocess.Popen(  # noqa: S603
+            [self._program, *arguments],
             preexec_fn=partial(die_with_parent, os.getpid()),
             start_new_session=True,  # so that Ctrl-C ends it last
         )
-        self._wait_until_ready(self._process)
-        return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    def _end(self) -> None:
         if self._process is not None:
             self._process.terminate()
             try:
@@ -93,8 +122,6 @@ class EmbeddedRedis:
             except subprocess.TimeoutExpired:
                 self._process.kill()
                 self._process.wait()
-        if self._lock is not None:
-            self._lock.close()
 
     def _wait_until_ready(self, process: "subprocess.Popen[bytes]") -> None:
         client = Redis(unix_socket_path=str(self.socket), retry=Retry(NoBackoff(), 0))
@@ -107,7 +134,9 @@ class EmbeddedRedis:
             else:
                 client.close()
                 return
-        self.__exit__(None, None, None)
+        self._end()
+        if self._lock is not None:
+            self._lock.close()
         raise QueueUnavailableError(f"The embedded Redis did not start; see {self.socket.with_name('redis.log')}.")
 
 

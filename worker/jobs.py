@@ -12,13 +12,13 @@ from rq.exceptions import NoSuchJobError
 from rq.job import Job, JobStatus
 
 from worker.connection import redis_failures
+from worker.ending import end
 from worker.errors import JobNotFoundError, JobTooLargeError, QueueFullError, WebhookError
 from worker.job_queue import JobQueue
-from worker.outcomes import Outcomes
 from worker.parcel import FieldName, JobKeys, Parcel
 from worker.settings import Settings
 from worker.store import is_id, new_id
-from worker.webhooks import announce, public_address
+from worker.webhooks import public_address
 
 JobStatusName = Literal["queued", "started", "finished", "failed", "canceled"]
 
@@ -207,8 +207,7 @@ class VerificationQueue:
                 job.set_status(JobStatus.CANCELED)
                 job.cleanup(self.settings.retention_s, remove_from_queue=False)
                 keys.drop_parcel()
-                Outcomes(self.connection).count("canceled")
-                announce(job, "canceled")
+                end(job, "canceled")
         return self.state(job_id)
 
     @redis_failures()

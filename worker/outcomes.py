@@ -14,6 +14,19 @@ VERIFIED = "asperity:verified"
 DICE_ERROR = "asperity:dice-error"
 
 
+COUNT_ONCE = """
+if redis.call('SET', KEYS[1], ARGV[1], 'NX', 'EX', ARGV[2]) then
+  redis.call('HINCRBY', KEYS[2], ARGV[1], 1)
+  if ARGV[3] ~= '' then
+    redis.call('HINCRBY', KEYS[3], ARGV[3], 1)
+    redis.call('HINCRBYFLOAT', KEYS[4], ARGV[3], ARGV[4])
+  end
+end
+"""
+MARKED_S = 86400
+"""For so long a job may come back from a worker that seemed lost."""
+
+
 @dataclass(frozen=True)
 class Counted:
     """Sums since the Redis was new.
@@ -33,14 +46,21 @@ class Outcomes:
     def __init__(self, connection: Redis) -> None:
         self.connection = connection
 
-    def count(self, how: Ended) -> None:
-        """Count a job that ended."""
-        self.connection.hincrby(ENDED, how, 1)
+    def counted(self, job_id: str) -> bool:
+        """Whether the end of a job was counted."""
+        return bool(self.connection.exists(_mark(job_id)))
 
-    def count_verification(self, model: str, dice: float) -> None:
-        """Count a finished verification of a model."""
-        self.connection.hincrby(VERIFIED, model, 1)
-        self.connection.hincrbyfloat(DICE_ERROR, model, 1 - dice)
+    def count(self, job_id: str, how: Ended, verified: tuple[str, float] | None = None) -> None:
+        """Count the end of a job, once, however often it is called.
+
+        Args:
+            job_id: of the job.
+            how: it ended.
+            verified: model and Dice, of a verification that proves something.
+        """
+        model, dice = verified or ("", 1.0)
+        keys = [_mark(job_id), ENDED, VERIFIED, DICE_ERROR]
+        self.connection.eval(COUNT_ONCE, len(keys), *keys, how, MARKED_S, model, repr(1 - dice))
 
     @redis_failures()
     def read(self) -> Counted:
@@ -58,3 +78,7 @@ class Outcomes:
     def _hash(self, key: str) -> dict[str, str]:
         found = cast(dict[bytes, bytes], self.connection.hgetall(key))
         return {name.decode(): value.decode() for name, value in found.items()}
+
+
+def _mark(job_id: str) -> str:
+    return f"asperity:ended:{job_id}"

@@ -9,20 +9,20 @@ from types import TracebackType
 from typing import Any
 
 from redis import Redis
+from redis.exceptions import RedisError
 from rq import Queue, Worker
 from rq.exceptions import AbandonedJobError
 from rq.job import Job, JobStatus
 from rq.serializers import JSONSerializer
 
 from worker import verification  # noqa: F401 (imported here, before the forks, so that no job waits for it)
-from worker.connection import connect
+from worker.connection import PATIENTLY, connect
+from worker.ending import end
 from worker.job_queue import SHARDS, VERIFICATIONS, WEBHOOKS, JobQueue
 from worker.lifetime import die_with_parent
 from worker.logs import log_as_json, request_id
-from worker.outcomes import Outcomes
 from worker.parcel import JobKeys
 from worker.settings import Settings
-from worker.webhooks import announce
 
 HEARTBEAT_EVERY_S = 5
 ABANDONED_AFTER_S = 20
@@ -39,6 +39,7 @@ class VerificationWorker(Worker):
         super().__init__(
             [JobQueue(connection, name=name) for name in (WEBHOOKS, VERIFICATIONS, SHARDS)],
             connection=connection,
+            queue_class=JobQueue,
             serializer=JSONSerializer,
             exception_handlers=[fail_for_good],
             job_monitoring_interval=HEARTBEAT_EVERY_S,
@@ -51,17 +52,16 @@ class VerificationWorker(Worker):
         """Seconds after which a job without heartbeat is abandoned; RQ's own answer is a minute more."""
         return ABANDONED_AFTER_S
 
-    def run_maintenance_tasks(self) -> None:
-        """Besides RQ's own: webhooks that are to be tried again."""
-        super().run_maintenance_tasks()
-        JobQueue(self.connection, name=WEBHOOKS).take_up_scheduled()
+    def prepare_job_execution(self, job: Job, remove_from_intermediate_queue: bool = False) -> None:
+        """Besides RQ's own: from now on the job is kept by the registry of those that were started."""
+        super().prepare_job_execution(job)
+        self.connection.lrem(JobQueue(self.connection, name=job.origin).taken.key, 0, job.id)
 
     def handle_job_failure(self, job: Job, *arguments: Any, **named: Any) -> None:
         """Besides RQ's own: a job that failed for good is counted and announced."""
         super().handle_job_failure(job, *arguments, **named)
         if job.origin == VERIFICATIONS and job.get_status(refresh=True) is JobStatus.FAILED:
-            Outcomes(self.connection).count("failed")
-            announce(job, "failed")
+            end(job, "failed")
 
     def main_work_horse(self, job: Job, queue: Queue) -> None:
         """The forked child: it ends with its worker, also if that is killed."""
@@ -71,8 +71,8 @@ class VerificationWorker(Worker):
 
 
 def fail_for_good(job: Job, kind: type[BaseException], error: BaseException, traceback: TracebackType) -> None:
-    """A solve that raised would raise again: only the loss of its process is a reason to retry. Webhooks are tried again."""
-    if kind is not AbandonedJobError and job.origin != WEBHOOKS:
+    """A solve that raised would raise again: only the loss of its process or its Redis is a reason to try it again."""
+    if job.origin != WEBHOOKS and not issubclass(kind, (AbandonedJobError, RedisError)):
         job.retries_left = 0
         JobKeys(job.connection, job.id).drop_parcel()
 
@@ -86,4 +86,4 @@ def run_worker(settings: Settings) -> None:
     log_as_json()
     os.nice(NICE)  # whoever waits for a prediction on the same machine comes first
     logging.getLogger("rq.worker").addFilter(lambda record: "cleaning registries" not in record.getMessage())
-    VerificationWorker(connect(settings)).work(logging_level="INFO")
+    VerificationWorker(connect(settings, PATIENTLY)).work(logging_level="INFO")

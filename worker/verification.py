@@ -13,12 +13,11 @@ from solver import ContactProblem, Solution, Status, boyer_resistance, solve
 from solver.conjugate_gradients import OnIteration
 from solver.problem import FloatArray
 from worker.arrays import npy
+from worker.ending import end
 from worker.errors import JobNotFoundError
 from worker.masks import mask_png
-from worker.outcomes import Outcomes
 from worker.parcel import FieldName, JobKeys, Parcel
 from worker.statistics import resistances, statistics
-from worker.webhooks import announce
 
 REPORT_EVERY_S = 0.1
 
@@ -60,9 +59,8 @@ def verify() -> dict[str, Any] | None:
     if job is None:
         raise JobNotFoundError("A verification runs in a worker, as a job.")
     keys = JobKeys(job.connection, job.id)
-    outcomes = Outcomes(job.connection)
     if keys.cancel_requested():
-        _canceled(job, keys, outcomes)
+        _canceled(job, keys)
         return None
     if finished := job.return_value():
         return dict(finished)
@@ -70,25 +68,22 @@ def verify() -> dict[str, Any] | None:
     try:
         result, solution = solve_and_compare(parcel, _Reporter(job, keys))
     except CanceledError:
-        _canceled(job, keys, outcomes)
+        _canceled(job, keys)
         return None
     job.connection.set(keys.reference_mask, mask_png(solution.contact_mask), ex=job.result_ttl)
     fields: dict[FieldName, FloatArray] = {"pressure": solution.pressure, "gap": solution.gap}
     for name, values in fields.items():
         if name in parcel.outputs:
             job.connection.set(keys.fields[name], npy(values), ex=job.result_ttl)
-    outcomes.count("finished")
-    announce(job, "finished")
-    if result["comparison"] is not None and solution.converged:
-        outcomes.count_verification(parcel.model, result["comparison"]["dice"])
+    proven = result["comparison"] if solution.converged else None
+    end(job, "finished", (parcel.model, proven["dice"]) if proven else None)
     keys.expire_parcel()
     return result
 
 
-def _canceled(job: Job, keys: JobKeys, outcomes: Outcomes) -> None:
+def _canceled(job: Job, keys: JobKeys) -> None:
     keys.drop_parcel()
-    outcomes.count("canceled")
-    announce(job, "canceled")
+    end(job, "canceled")
 
 
 class _Reporter:

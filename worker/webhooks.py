@@ -10,15 +10,14 @@ import ipaddress
 import json
 import socket
 import time
-from typing import Literal
 from urllib.parse import urlsplit
 
 import httpx
-from rq import Retry
 from rq.job import Job
 
 from worker.errors import WebhookError
 from worker.job_queue import WEBHOOKS, JobQueue
+from worker.outcomes import Ended
 from worker.settings import Settings
 from worker.store import new_id
 
@@ -27,7 +26,7 @@ TIMEOUT_S = 10.0
 KEPT_S = 86400
 
 
-def announce(job: Job, how: Literal["finished", "failed", "canceled"]) -> None:
+def announce(job: Job, how: Ended) -> None:
     """Queue the message that a job has ended, if one was asked for."""
     url = job.meta.get("webhook_url")
     if url:
@@ -38,7 +37,7 @@ def announce(job: Job, how: Literal["finished", "failed", "canceled"]) -> None:
             f"webhook of {job.id}",
             KEPT_S,
             args=(url, f"msg_{job.id}", json.dumps(body)),
-            retry=Retry(max=len(PAUSES_S), interval=list(PAUSES_S)),
+            pauses_s=PAUSES_S,
         )
 
 

@@ -10,7 +10,7 @@ from app.predictions import Predictions
 from app.service import Service
 
 
-def _service(request: Request) -> Service:
+async def _service(request: Request) -> Service:
     service: Service = request.app.state.service
     return service
 
@@ -22,7 +22,9 @@ LONGEST_WAIT_S = 60.0
 _WAIT = re.compile(r"(?:^|[,;\s])wait=(\d{1,6})")
 
 
-def _seconds_to_wait(prefer: Annotated[str, Header(description="`wait=N`: seconds to wait for the job")] = "") -> float:
+async def _seconds_to_wait(
+    prefer: Annotated[str, Header(description="`wait=N`: seconds to wait for the job")] = "",
+) -> float:
     """Of the header Prefer (RFC 7240)."""
     found = _WAIT.search(prefer)
     return min(float(found[1]), LONGEST_WAIT_S) if found else 0.0
@@ -32,11 +34,11 @@ SecondsToWait = Annotated[float, Depends(_seconds_to_wait)]
 ServiceDependency = Annotated[Service, Depends(_service)]
 
 
-def _predictions(service: ServiceDependency) -> Predictions:
+async def _predictions(service: ServiceDependency) -> Predictions:
     return Predictions(service)
 
 
-def _jobs(service: ServiceDependency) -> Jobs:
+async def _jobs(service: ServiceDependency) -> Jobs:
     return Jobs(service)
 
 

@@ -1,12 +1,14 @@
 """API keys: who may do what, and how often."""
 
 import json
+import tempfile
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
 
 import httpx
 import pytest
+from fastapi import FastAPI
 
 from app.api_key import new_key
 from app.errors import ForbiddenError, RateLimitedError, UnauthorizedError
@@ -15,40 +17,53 @@ from app.main import create_app
 from app.settings import Settings, read_settings
 from tests.app.conftest import UNITS, run
 from tests.app.files import surface_png
+from worker.embedded_redis import EmbeddedRedis
+
+
+def gate(**given: object) -> Gate:
+    """With nothing behind it, and no Redis."""
+    return Gate(FastAPI(), Settings(state_dir=Path("/nowhere"), **given))  # type: ignore[arg-type]
 
 
 def test_without_keys_everyone_may_do_everything() -> None:
-    for _ in range(100):
-        Gate([], None).admit(None, "write", "1.2.3.4")
+    assert gate().admit(None, "write", "1.2.3.4") == ("1.2.3.4", None)
 
 
 def test_a_key_opens_what_its_scopes_say() -> None:
     secret, key = new_key("someone")
     assert secret not in key.model_dump_json()
-    gate = Gate([key.model_copy(update={"scopes": {"read"}})], None)
-    gate.admit(secret, "read", "")
+    reading = gate(api_keys=[key.model_copy(update={"scopes": {"read"}})])
+    reading.admit(secret, "read", "")
     with pytest.raises(ForbiddenError, match="someone lacks the scope write"):
-        gate.admit(secret, "write", "")
+        reading.admit(secret, "write", "")
     for wrong in (None, "", secret[:-1], key.sha256):
         with pytest.raises(UnauthorizedError):
-            gate.admit(wrong, "read", "")
+            reading.admit(wrong, "read", "")
 
 
 def test_a_client_has_so_many_requests_a_minute() -> None:
-    gate = Gate([], 3)
+    limited = gate(requests_per_minute=3)
     for _ in range(3):
-        gate.admit(None, "read", "1.2.3.4")
+        limited.count("1.2.3.4", 3)
     with pytest.raises(RateLimitedError, match="More than 3"):
-        gate.admit(None, "read", "1.2.3.4")
-    gate.admit(None, "read", "5.6.7.8")
+        limited.count("1.2.3.4", 3)
+    limited.count("5.6.7.8", 3)
 
 
 def test_a_key_has_a_limit_of_its_own() -> None:
     secret, key = new_key("slow")
-    gate = Gate([key.model_copy(update={"requests_per_minute": 1})], 100)
-    gate.admit(secret, "read", "1.2.3.4")
-    with pytest.raises(RateLimitedError):
-        gate.admit(secret, "read", "5.6.7.8")
+    limited = gate(api_keys=[key.model_copy(update={"requests_per_minute": 1})], requests_per_minute=100)
+    assert limited.admit(secret, "read", "1.2.3.4") == limited.admit(secret, "read", "5.6.7.8") == (key.sha256, 1)
+
+
+def test_services_that_share_a_redis_share_the_count() -> None:
+    with tempfile.TemporaryDirectory(prefix="asperity-") as state, EmbeddedRedis(Path(state)):
+        first, second = (Gate(FastAPI(), Settings(state_dir=Path(state))) for _ in range(2))
+        first.count("a client", 2)
+        second.count("a client", 2)
+        for one in (first, second):
+            with pytest.raises(RateLimitedError):
+                one.count("a client", 2)
 
 
 @asynccontextmanager
@@ -84,5 +99,5 @@ def test_the_command_makes_what_the_settings_take(monkeypatch: pytest.MonkeyPatc
     secret = first.rpartition(" ")[2]
     monkeypatch.setenv("ASPERITY_API_KEYS", second.partition("=")[2].strip("'"))
     keys = read_settings().api_keys
-    Gate(keys, None).admit(secret, "write", "")
+    gate(api_keys=keys).admit(secret, "write", "")
     assert json.loads(keys[0].model_dump_json())["name"] == "a client"

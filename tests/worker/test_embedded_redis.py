@@ -68,3 +68,20 @@ def test_it_dies_with_its_launcher(state: Path) -> None:
         time.sleep(0.05)
     with EmbeddedRedis(state):
         assert client(state).ping()
+
+
+def test_it_is_started_again_with_all_that_it_knew(state: Path) -> None:
+    with EmbeddedRedis(state):
+        connection = client(state)
+        connection.set("surface", "rough")
+        os.kill(connection.info("server")["process_id"], signal.SIGKILL)
+        deadline = time.monotonic() + 10
+        while True:
+            try:
+                assert client(state).get("surface") == b"rough"
+                break
+            except RedisConnectionError:
+                assert time.monotonic() < deadline
+                time.sleep(0.05)
+    with pytest.raises(RedisConnectionError):
+        client(state).ping()

@@ -14,6 +14,7 @@ from rq.serializers import JSONSerializer
 
 from tests.worker.conftest import Wait, children, ended, rough, runs, started, worker
 from worker.jobs import VerificationQueue
+from worker.outcomes import Outcomes
 from worker.parcel import Parcel
 from worker.settings import Settings
 
@@ -67,3 +68,16 @@ def test_a_job_whose_solve_is_killed_is_taken_up_again_and_in_the_end_fails(
         state = queue.state(job_id)
     assert state.status == "failed"
     assert state.error == "The process that ran it was killed again and again, perhaps for want of memory."
+
+
+def test_a_solve_goes_on_while_its_redis_is_killed_and_started_again(
+    queue: VerificationQueue, settings: Settings, connection: Redis, wait_for: Wait
+) -> None:
+    with worker(settings):
+        job_id = queue.enqueue(Parcel(rough(1024, load=500.0)))
+        wait_for(job_id, lambda state: state.progress is not None)
+        os.kill(connection.info("server")["process_id"], signal.SIGKILL)
+        time.sleep(2)
+        state = wait_for(job_id, ended)
+    assert state.status == "finished"
+    assert Outcomes(connection).read().ended == {"finished": 1}

@@ -1,13 +1,15 @@
-"""Bodies that are too large are stopped while they stream."""
+"""Bodies that are too large or too slow are stopped while they stream."""
 
+import time
 from collections.abc import AsyncIterator
 from typing import Annotated
 
+import anyio
 import httpx
 import pytest
 from fastapi import FastAPI, File, UploadFile
 
-from app.body_limit import MEBIBYTE, BodyLimit
+from app.intake import MEBIBYTE, Intake
 from app.problems import MEDIA_TYPE, add_problem_handlers
 
 PREFIX = b'--x\r\nContent-Disposition: form-data; name="surface"; filename="a.png"\r\n\r\n'
@@ -18,7 +20,7 @@ HEADERS = {"content-type": "multipart/form-data; boundary=x"}
 @pytest.fixture
 def client() -> httpx.AsyncClient:
     app = FastAPI()
-    app.add_middleware(BodyLimit, limit_mib=1)
+    app.add_middleware(Intake, limit_mib=1, piece_s=0.2, body_s=0.6)
     add_problem_handlers(app)
 
     @app.post("/")
@@ -68,3 +70,26 @@ async def test_a_stream_is_stopped_at_the_limit(client: httpx.AsyncClient) -> No
     stream = Stream(mebibytes=8)
     assert_refused(await client.post("/", content=aiter(stream), headers=HEADERS))
     assert stream.taken <= 2 * MEBIBYTE
+
+
+async def _slowly(pauses: list[float]) -> AsyncIterator[bytes]:
+    yield PREFIX
+    for pause in pauses:
+        await anyio.sleep(pause)
+        yield b"x"
+    yield SUFFIX
+
+
+@pytest.mark.anyio
+async def test_a_slow_stream_within_the_limits_passes(client: httpx.AsyncClient) -> None:
+    response = await client.post("/", content=_slowly([0.1, 0.1]), headers=HEADERS)
+    assert response.json() == 2
+
+
+@pytest.mark.anyio
+@pytest.mark.parametrize("pauses", [[5.0], [0.1] * 50], ids=["silent", "a drop at a time"])
+async def test_a_stream_that_is_too_slow_is_stopped(client: httpx.AsyncClient, pauses: list[float]) -> None:
+    started = time.monotonic()
+    response = await client.post("/", content=_slowly(pauses), headers=HEADERS)
+    assert (response.status_code, response.json()["type"]) == (408, "/problems/slow-upload")
+    assert time.monotonic() - started < 2
