@@ -19,7 +19,7 @@ from solver.errors import (
     InvalidMaterialError,
     InvalidPixelSizeError,
 )
-from worker.errors import WebhookError
+from worker.errors import StoreUnavailableError, WebhookError
 
 RETRY_AFTER_SECONDS = 10
 
@@ -86,6 +86,8 @@ def _on_http_exception(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)  # noqa: S101 (registered for it)
     if isinstance(error.__cause__, AsperityError):  # raised while the body was read
         return _on_asperity_error(request, error.__cause__)
+    if isinstance(error.__cause__, OSError):  # the upload could not be kept
+        return _on_asperity_error(request, StoreUnavailableError.of(error.__cause__))
     status = HTTPStatus(error.status_code)
     detail = {
         HTTPStatus.NOT_FOUND: f"There is nothing at {request.url.path}; /docs lists what there is.",

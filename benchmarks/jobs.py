@@ -25,7 +25,7 @@ def main() -> None:
         for _ in range(REPEATS):
             job_id = client.post("/v1/solves", files={"surface": png}, data=data).json()["job"]["job_id"]
             started = time.perf_counter()
-            job = wait_for_job(client, job_id)
+            job = wait_for_job(client, job_id, look_every_s=0.004)
             overheads.append((time.perf_counter() - started - job["result"]["solve_seconds"]) * 1e3)
         big, fields = midpoint_upload(1024, 30.0)
         data = {name: str(value) for name, value in fields.items()}

@@ -78,7 +78,7 @@ def post(client: httpx.Client, png: bytes, **fields: Any) -> dict[str, Any]:
     return body
 
 
-def wait_for_job(client: httpx.Client, job_id: str, timeout_s: float = 600) -> dict[str, Any]:
+def wait_for_job(client: httpx.Client, job_id: str, timeout_s: float = 600, look_every_s: float = 0.05) -> dict[str, Any]:
     """The job once it has ended."""
     deadline = time.monotonic() + timeout_s
     while True:
@@ -87,4 +87,4 @@ def wait_for_job(client: httpx.Client, job_id: str, timeout_s: float = 600) -> d
             return job
         if time.monotonic() > deadline:
             raise TimeoutError(str(job))
-        time.sleep(0.05)
+        time.sleep(look_every_s)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from array_api_compat import array_namespace
+from array_api_compat import numpy as numpy_namespace
 from scipy import fft
 from scipy.sparse import csr_array
 
@@ -23,7 +24,7 @@ Device = str | None
 ROWS = 2**15
 """Rows of a sparse matrix multiplied at a time."""
 
-_NAMESPACES: dict[type, Any] = {}
+_NAMESPACES: dict[type, Any] = {np.ndarray: numpy_namespace}
 
 
 def namespace(array: Array) -> Any:

@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal
 
+from threadpoolctl import threadpool_limits
+
 from solver.arrays import Device
 from solver.convolution import Convolution, Precision, convolution
 from solver.multilevel import Multilevel
@@ -21,6 +23,9 @@ CERTIFICATE = {"order": 8, "tile": 14}
 ITERATION = {"order": 4, "tile": 6}
 """Transfer and tiles of the multilevel operator; the check corrects what the iteration leaves."""
 
+MOST_PIXELS_A_SIDE = 4096
+"""For which operators are prepared; larger ones have a coarser level more."""
+
 ERROR = {"fft": 1e-15, "multilevel": 3e-10}
 """Largest errors of the displacement in the check, relative to the largest displacement, over all shapes and aspects."""
 
@@ -31,6 +36,13 @@ def multilevel(
 ) -> Multilevel:
     """The multilevel operator for a grid; the few last used are kept."""
     return Multilevel(shape, pixel_size, precision, order, tile)
+
+
+def prepare_multilevel() -> None:
+    """Build what the multilevel operators of square pixels share, half a second's work, for this process and its forks."""
+    with threadpool_limits(1):  # a process that is to be forked starts no threads
+        multilevel((MOST_PIXELS_A_SIDE,) * 2, (1.0, 1.0), "float64", **CERTIFICATE)
+        multilevel((MOST_PIXELS_A_SIDE,) * 2, (1.0, 1.0), "float32", **ITERATION)
 
 
 @dataclass(frozen=True)

@@ -71,7 +71,8 @@ def solve_batch(
     """
     _check(problems, method, tolerance)
     first = problems[0]
-    operators = Operators(method, first.boundary, first.shape, first.pixel_size, device)
+    aspect = first.pixel_size[0] / first.pixel_size[1]
+    operators = Operators(method, first.boundary, first.shape, (aspect, 1.0), device)  # kept for maps of all pixel sizes
 
     # Units: length s = sqrt(dx dy), gap H = rms height, pressure E* H / s.
     length = float(np.sqrt(first.pixel_area))

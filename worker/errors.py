@@ -50,6 +50,21 @@ class DamagedResultError(AsperityError):
     title = "The stored result is damaged"
 
 
+class StoreUnavailableError(AsperityError):
+    """The place for results or uploads refuses: it is full, or out of reach."""
+
+    code = "store-unavailable"
+    title = "The store is not available"
+    http_status = 503
+
+    @classmethod
+    def of(cls, error: OSError) -> "StoreUnavailableError":
+        """What the operating system or the object store says."""
+        return cls(
+            f"The service cannot store or read files now ({error.strerror or error}). Nothing is lost; try again later."
+        )
+
+
 class ResultNotFoundError(AsperityError):
     """Nothing is stored under that id and name, or it has expired."""
 

@@ -1,6 +1,7 @@
 """The worker process: takes verifications from the queue, or shards of data sets if there are none, each in a forked child.
 
-A child forked after multi-threaded numerical work can deadlock. The worker itself does none, and torch is not even imported.
+A child forked after multi-threaded numerical work can deadlock. The worker itself does none, and torch is not even imported;
+but what all solves share is built before they are forked.
 """
 
 import logging
@@ -15,6 +16,7 @@ from rq.exceptions import AbandonedJobError
 from rq.job import Job, JobStatus
 from rq.serializers import JSONSerializer
 
+from solver.operators import prepare_multilevel
 from worker import verification  # noqa: F401 (imported here, before the forks, so that no job waits for it)
 from worker.connection import PATIENTLY, connect
 from worker.ending import end
@@ -86,4 +88,6 @@ def run_worker(settings: Settings) -> None:
     log_as_json()
     os.nice(NICE)  # whoever waits for a prediction on the same machine comes first
     logging.getLogger("rq.worker").addFilter(lambda record: "cleaning registries" not in record.getMessage())
-    VerificationWorker(connect(settings, PATIENTLY)).work(logging_level="INFO")
+    connection = connect(settings, PATIENTLY)
+    prepare_multilevel()
+    VerificationWorker(connection).work(logging_level="INFO")

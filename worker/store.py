@@ -9,7 +9,7 @@ from uuid import uuid4
 
 import fsspec
 
-from worker.errors import DamagedResultError, ResultNotFoundError
+from worker.errors import DamagedResultError, ResultNotFoundError, StoreUnavailableError
 
 PRUNE_EVERY_S = 3600.0
 CLAIM = "claim"
@@ -44,13 +44,22 @@ class ResultStore:
         self.files.makedirs(self.root, exist_ok=True)
 
     def put(self, result_id: str, files: dict[str, bytes]) -> None:
-        """Store the files of a result, in their order: whoever finds the last one finds them all."""
+        """Store the files of a result, in their order: whoever finds the last one finds them all.
+
+        Raises:
+            StoreUnavailableError: the place is full, or out of reach.
+        """
         self._prune()
         for name, data in files.items():
             path = self._path(result_id, name)
             unfinished = f"{path}.{new_id()}"
-            self.files.pipe_file(unfinished, sha256(data).hexdigest().encode() + b"\n" + data)
-            self.files.mv(unfinished, path)
+            try:
+                self.files.pipe_file(unfinished, sha256(data).hexdigest().encode() + b"\n" + data)
+                self.files.mv(unfinished, path)
+            except OSError as error:
+                with suppress(OSError):
+                    self.files.rm(unfinished)
+                raise StoreUnavailableError.of(error) from error
 
     def get(self, result_id: str, name: str) -> bytes:
         """One file of a result.
@@ -58,6 +67,7 @@ class ResultStore:
         Raises:
             ResultNotFoundError: nothing of that id and name; ids that are not ours never reach the file system.
             DamagedResultError: it is not what was stored.
+            StoreUnavailableError: the place is out of reach.
         """
         if not is_id(result_id):
             raise ResultNotFoundError(f"{result_id!r} is no id of a result; ids have 32 hexadecimal digits.")
@@ -68,6 +78,8 @@ class ResultStore:
             raise ResultNotFoundError(
                 f"There is no result {result_id}, or it is gone: results are kept for {days:g} days."
             ) from error
+        except OSError as error:
+            raise StoreUnavailableError.of(error) from error
         digest, data = stored[:DIGITS], stored[DIGITS + 1 :]
         if sha256(data).hexdigest().encode() != digest:
             raise DamagedResultError(f"The file {name} of the result {result_id} is damaged; delete it, and ask again.")

@@ -1,13 +1,14 @@
 """Stored results, in a directory and in a place that fsspec knows."""
 
 import os
+import resource
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
-from worker.errors import DamagedResultError, ResultNotFoundError
+from worker.errors import DamagedResultError, ResultNotFoundError, StoreUnavailableError
 from worker.store import ResultStore, new_id
 
 
@@ -36,6 +37,19 @@ def test_what_was_changed_behind_our_back_is_not_given_out(tmp_path: Path) -> No
     file.write_bytes(file.read_bytes()[:-1] + b"!")
     with pytest.raises(DamagedResultError, match=r"mask\.png"):
         store.get(result_id, "mask.png")
+
+
+def test_a_place_that_refuses_says_so_and_keeps_nothing_half(tmp_path: Path) -> None:
+    store, result_id = ResultStore(tmp_path, retention_s=60), new_id()
+    store.put(result_id, {"answer.json": b"first"})
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, resource.RLIM_INFINITY))
+    try:
+        with pytest.raises(StoreUnavailableError, match="File too large"):
+            store.put(result_id, {"answer.json": bytes(2000)})
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY,) * 2)
+    assert store.get(result_id, "answer.json") == b"first"
+    assert len(list((tmp_path / result_id).iterdir())) == 1
 
 
 def test_what_is_put_again_takes_its_place(place: str) -> None:
