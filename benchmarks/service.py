@@ -22,13 +22,16 @@ SEED = 30_000_000
 
 
 @contextmanager
-def service() -> Iterator[tuple[httpx.Client, int]]:
-    """A client of the service and the process id of the latter; the service ends with the block."""
+def service(**settings: str) -> Iterator[tuple[httpx.Client, int]]:
+    """A client of the service and the process id of the latter, which ends with the block.
+
+    Its state is its own unless ASPERITY_STATE_DIR is set.
+    """
     with socket.socket() as free, tempfile.TemporaryDirectory(prefix="asperity-") as state:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
         free.close()
-        environment = os.environ | {"ASPERITY_PORT": str(port), "ASPERITY_STATE_DIR": state}
+        environment = os.environ | {"ASPERITY_PORT": str(port), "ASPERITY_STATE_DIR": state} | settings
         environment.pop("REDIS_URL", None)
         log = (Path(state) / "serve.log").open("wb")
         process = subprocess.Popen(
