@@ -45,6 +45,30 @@ class InvalidSettingsError(AsperityError):
     http_status = 422
 
 
+class MalformedRequestError(AsperityError):
+    """A request whose body is not what its headers say, such as a multipart form without its end."""
+
+    code = "bad-request"
+    title = "Bad Request"
+    http_status = 400
+
+
+class NotFoundError(AsperityError):
+    """A path at which there is nothing."""
+
+    code = "not-found"
+    title = "Not Found"
+    http_status = 404
+
+
+class MethodNotAllowedError(AsperityError):
+    """A method that a path does not have."""
+
+    code = "method-not-allowed"
+    title = "Method Not Allowed"
+    http_status = 405
+
+
 class IdempotencyKeyReusedError(AsperityError):
     """An idempotency key that stands for a request with other contents."""
 

@@ -11,12 +11,15 @@ from fastapi import Depends, FastAPI
 from fastapi.staticfiles import StaticFiles
 from fastapi_swagger import patch_fastapi
 
+from app.documentation import PROBLEM, Documented
+from app.documentation import problems as problems_of
 from app.intake import Intake
 from app.keys import Gate, bearer
 from app.observation import Observation
-from app.problem import MEDIA_TYPE, Problem
+from app.problem import MEDIA_TYPE
 from app.problems import add_problem_handlers
 from app.routes import batches, health, jobs, models, pages, predictions, problems, solves, sweeps
+from app.routes.problem_groups import GATE
 from app.service import Service
 from app.settings import Settings
 
@@ -40,7 +43,7 @@ def create_app(settings: Settings) -> FastAPI:
         watch.cancel()
         await asyncio.to_thread(service.stop)
 
-    app = FastAPI(
+    app = Documented(
         title="Asperity",
         summary="Contact of rough surfaces: mask, area and resistance, checked by a reference solve.",
         version=version("asperity"),
@@ -48,15 +51,17 @@ def create_app(settings: Settings) -> FastAPI:
         docs_url=None,
         redoc_url=None,
         swagger_ui_oauth2_redirect_url=None,
-        responses={"default": {"model": Problem, "description": "A problem document", "content": {MEDIA_TYPE: {}}}},
+        generate_unique_id_function=lambda route: route.name,
+        responses={"default": {"description": "A problem document", "content": {MEDIA_TYPE: {"schema": PROBLEM}}}},
     )
     app.state.service = service
     app.add_middleware(Intake, limit_mib=settings.upload_limit_mib)
     app.add_middleware(Gate, settings=settings)
     app.add_middleware(Observation, metrics=service.metrics)
     add_problem_handlers(app)
+    guarded = [Depends(bearer)] if settings.api_keys else []
     for routes in (predictions, sweeps, solves, batches, jobs, models):
-        app.include_router(routes.router, dependencies=[Depends(bearer)])
+        app.include_router(routes.router, dependencies=guarded, responses=problems_of(*GATE))
     for routes in (health, problems, pages):
         app.include_router(routes.router)
     patch_fastapi(app, redirect_from_root_to_docs=False)

@@ -8,7 +8,15 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
-from app.errors import ArchiveError, InvalidFormError, UploadError
+from app.documentation import Documented
+from app.errors import (
+    ArchiveError,
+    InvalidFormError,
+    MalformedRequestError,
+    MethodNotAllowedError,
+    NotFoundError,
+    UploadError,
+)
 from app.forms import field_errors
 from app.problem import MEDIA_TYPE, FieldProblem, Problem
 from app.requests import BatchForm, PredictionForm, SolveForm, SweepForm
@@ -88,20 +96,17 @@ def _on_http_exception(request: Request, error: Exception) -> JSONResponse:
         return _on_asperity_error(request, error.__cause__)
     if isinstance(error.__cause__, OSError):  # the upload could not be kept
         return _on_asperity_error(request, StoreUnavailableError.of(error.__cause__))
-    status = HTTPStatus(error.status_code)
-    detail = {
-        HTTPStatus.NOT_FOUND: f"There is nothing at {request.url.path}; /docs lists what there is.",
-        HTTPStatus.METHOD_NOT_ALLOWED: f"{request.method} is not possible at {request.url.path}; /docs lists what is.",
-    }.get(status, f"{error.detail}.")
-    problem = Problem(
-        type=f"/problems/{status.phrase.lower().replace(' ', '-')}",
-        title=status.phrase,
-        status=status,
-        detail=detail,
-        instance=request.url.path,
-        errors=[],
-    )
-    return _response(problem, dict(error.headers or {}))
+    path, headers = request.url.path, dict(error.headers or {})
+    match error.status_code:
+        case HTTPStatus.NOT_FOUND:
+            known: AsperityError = NotFoundError(f"There is nothing at {path}; /docs lists what there is.")
+        case HTTPStatus.METHOD_NOT_ALLOWED:
+            known = MethodNotAllowedError(f"{request.method} is not possible at {path}; /docs lists what is.")
+            if isinstance(request.app, Documented) and (methods := request.app.methods(path)):
+                headers["Allow"] = methods
+        case _:
+            known = MalformedRequestError(f"The request cannot be read: {error.detail}.")
+    return _response(problem_of(known, path), headers)
 
 
 def _on_bug(request: Request, error: Exception) -> JSONResponse:

@@ -4,17 +4,29 @@ from typing import Annotated
 
 from fastapi import APIRouter, Form, Response
 
+from app.documentation import NETCDF, NPY, PNG, Responses, file, link, problems
+from app.errors import IdempotencyKeyReusedError, InvalidFormError
 from app.fields import FieldName
 from app.requests import PredictionForm
 from app.routes.dependencies import Before, IdempotencyKey, JobsDependency, Limit, PredictionsDependency, SecondsToWait
+from app.routes.problem_groups import COMPUTING, QUEUEING, READING, STORED
 from app.schemas import Page, PredictionAnswer
 
-NPY, NETCDF = "application/x-npy", "application/x-netcdf"
+ANSWERS: Responses = {
+    200: {
+        "links": {
+            "prediction": link("read_prediction", "prediction_id", "/id"),
+            "mask": link("read_mask", "prediction_id", "/id"),
+            "bundle": link("read_bundle", "prediction_id", "/id"),
+            "verification": link("read_job", "job_id", "/verification/job_id"),
+        }
+    }
+}
 
 router = APIRouter(prefix="/v1/predictions", tags=["predictions"])
 
 
-@router.post("")
+@router.post("", responses=ANSWERS | problems(*READING, *COMPUTING, *QUEUEING, IdempotencyKeyReusedError))
 async def make_prediction(
     form: Annotated[PredictionForm, Form(media_type="multipart/form-data")],
     predictions: PredictionsDependency,
@@ -34,37 +46,41 @@ async def make_prediction(
     return answer
 
 
-@router.get("")
+@router.get("", responses=problems(InvalidFormError, *STORED))
 def list_predictions(predictions: PredictionsDependency, limit: Limit = 20, before: Before = None) -> Page[PredictionAnswer]:
     """All predictions that are kept, newest first."""
     return predictions.newest(limit, before)
 
 
-@router.get("/{prediction_id}")
+@router.get("/{prediction_id}", responses=problems(*STORED))
 def read_prediction(prediction_id: str, predictions: PredictionsDependency) -> PredictionAnswer:
     """The answer that was given."""
     return predictions.read(prediction_id)
 
 
-@router.get("/{prediction_id}/mask.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
+@router.get("/{prediction_id}/mask.png", response_class=Response, responses=file(PNG) | problems(*STORED))
 def read_mask(prediction_id: str, predictions: PredictionsDependency) -> Response:
     """The predicted mask: 1-bit PNG, white in contact, rows and columns as uploaded."""
-    return Response(predictions.mask(prediction_id), media_type="image/png")
+    return Response(predictions.mask(prediction_id), media_type=PNG)
 
 
-@router.get("/{prediction_id}/{name}.npy", response_class=Response, responses={200: {"content": {NPY: {}}}})
+@router.get(
+    "/{prediction_id}/{name}.npy", response_class=Response, responses=file(NPY) | problems(InvalidFormError, *STORED)
+)
 def read_field(prediction_id: str, name: FieldName, predictions: PredictionsDependency) -> Response:
     """A field that was asked for by outputs: a NumPy array, in SI units."""
     return Response(predictions.field_npy(prediction_id, name), media_type=NPY)
 
 
-@router.get("/{prediction_id}/{name}.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
+@router.get(
+    "/{prediction_id}/{name}.png", response_class=Response, responses=file(PNG) | problems(InvalidFormError, *STORED)
+)
 def read_picture(prediction_id: str, name: FieldName, predictions: PredictionsDependency) -> Response:
     """The same as a 16-bit grey PNG; what black and white mean is in the prediction."""
-    return Response(predictions.field_png(prediction_id, name), media_type="image/png")
+    return Response(predictions.field_png(prediction_id, name), media_type=PNG)
 
 
-@router.get("/{prediction_id}/bundle.nc", response_class=Response, responses={200: {"content": {NETCDF: {}}}})
+@router.get("/{prediction_id}/bundle.nc", response_class=Response, responses=file(NETCDF) | problems(*STORED))
 def read_bundle(prediction_id: str, predictions: PredictionsDependency) -> Response:
     """The mask and all fields that were asked for: a netCDF 3 file with a unit on every variable."""
     return Response(predictions.bundle(prediction_id), media_type=NETCDF)

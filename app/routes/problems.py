@@ -1,7 +1,9 @@
 """What the type URIs of problem documents mean."""
 
-from fastapi import APIRouter, HTTPException
+from fastapi import APIRouter
 
+from app.documentation import problems
+from app.errors import NotFoundError
 from app.problem_types import ProblemType, problem_types
 
 router = APIRouter(prefix="/problems", tags=["problems"])
@@ -13,10 +15,10 @@ def list_problem_types() -> list[ProblemType]:
     return problem_types()
 
 
-@router.get("/{code}")
+@router.get("/{code}", responses=problems(NotFoundError))
 def read_problem_type(code: str) -> ProblemType:
     """The kind of problem with this type URI."""
     for kind in problem_types():
         if kind.type == f"/problems/{code}":
             return kind
-    raise HTTPException(404)
+    raise NotFoundError(f"There is no problem {code}; /problems lists what there is.")

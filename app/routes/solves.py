@@ -4,14 +4,28 @@ from typing import Annotated
 
 from fastapi import APIRouter, Form
 
+from app.documentation import Responses, link, problems
+from app.errors import IdempotencyKeyReusedError
 from app.requests import SolveForm
 from app.routes.dependencies import IdempotencyKey, JobsDependency, SecondsToWait
+from app.routes.problem_groups import QUEUEING, READING
 from app.schemas import SolveAnswer
+
+ANSWERS: Responses = {
+    202: {
+        "links": {
+            "job": link("read_job", "job_id", "/job/job_id"),
+            "events": link("follow_job", "job_id", "/job/job_id"),
+            "mask": link("read_reference_mask", "job_id", "/job/job_id"),
+            "cancel": link("cancel_job", "job_id", "/job/job_id"),
+        }
+    }
+}
 
 router = APIRouter(prefix="/v1/solves", tags=["solves"])
 
 
-@router.post("", status_code=202)
+@router.post("", status_code=202, responses=ANSWERS | problems(*READING, *QUEUEING, IdempotencyKeyReusedError))
 async def queue_solve(
     form: Annotated[SolveForm, Form(media_type="multipart/form-data")],
     jobs: JobsDependency,

@@ -8,12 +8,17 @@ from typing import Annotated
 from fastapi import APIRouter, Form, Header
 from fastapi.responses import StreamingResponse
 
+from app.documentation import Responses, problems
 from app.requests import SweepForm
 from app.routes.dependencies import ServiceDependency
+from app.routes.problem_groups import COMPUTING, READING
 from app.schemas import SweepAnswer, SweepPoint
 from app.sweep import sweep as compute_sweep
 
 CSV = "text/csv"
+ANSWERS: Responses = {
+    200: {"model": SweepAnswer, "content": {CSV: {}}, "description": "as JSON, or as CSV if accepted first"}
+}
 
 router = APIRouter(prefix="/v1/sweeps", tags=["sweeps"])
 
@@ -21,7 +26,7 @@ router = APIRouter(prefix="/v1/sweeps", tags=["sweeps"])
 @router.post(
     "",
     response_class=StreamingResponse,
-    responses={200: {"model": SweepAnswer, "content": {CSV: {}}, "description": "as JSON, or as CSV if accepted first"}},
+    responses=ANSWERS | problems(*READING, *COMPUTING),
 )
 async def sweep(
     form: Annotated[SweepForm, Form(media_type="multipart/form-data")],
