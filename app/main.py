@@ -41,7 +41,7 @@ def create_app(settings: Settings) -> FastAPI:
         watch = asyncio.create_task(service.metrics.watch_loop())
         yield
         watch.cancel()
-        await asyncio.to_thread(service.stop)
+        await service.stop()
 
     app = Documented(
         title="Asperity",

@@ -1,6 +1,10 @@
 """Predictions: computed once, stored, verified, and read again."""
 
+import asyncio
+import time
 from collections.abc import AsyncIterator
+
+from pydantic import BaseModel
 
 from app.archive import Archive
 from app.computing import MASK, PREDICTION, bare, computed_prediction, delivered
@@ -9,10 +13,11 @@ from app.errors import IdempotencyKeyReusedError
 from app.fields import FieldName, bundle, picture
 from app.intake import MEBIBYTE
 from app.job_link import job_link
+from app.problem import Problem
 from app.problems import problem_of
 from app.reading import Files, Maps, read_problem
 from app.requests import BatchForm, PredictionFields
-from app.schemas import BatchItem, Page, PredictionAnswer
+from app.schemas import BatchItem, Page, Pending, PredictionAnswer
 from app.service import Service
 from solver.errors import AsperityError
 from worker.arrays import Field, from_npy
@@ -20,6 +25,22 @@ from worker.errors import JobNotFoundError, ResultNotFoundError
 from worker.logs import request_id
 from worker.masks import mask_from_png
 from worker.parcel import Parcel
+
+BEGUN = "begun.json"
+LONGEST_PENDING_S = 600.0
+"""A prediction that takes longer was lost with its process."""
+
+
+class Begun(BaseModel):
+    """What is known of a prediction that was asked for and may not be there.
+
+    Attributes:
+        until: when it counts as lost, in seconds since 1970.
+        problem: why there is none.
+    """
+
+    until: float
+    problem: Problem | None
 
 
 class Predictions:
@@ -52,6 +73,54 @@ class Predictions:
         answer = await service.compute.run(computed_prediction, prediction_id, maps, fields)
         service.metrics.predicted(answer)
         return answer, False
+
+    async def begin(
+        self, files: Files, form: PredictionFields, key: str | None
+    ) -> tuple[Pending, asyncio.Task[tuple[PredictionAnswer, bool]]]:
+        """As :meth:`predict`, without waiting for it.
+
+        Returns:
+            Where its outcome will be, and what computes it.
+
+        Raises:
+            StoreUnavailableError, WeightsError: it cannot be begun.
+        """
+        fields = bare(form)
+        prediction_id = await self.service.in_thread(content_id, files, fields, self.service.version)
+        pending = Pending(id=prediction_id, url=f"/v1/predictions/{prediction_id}")
+        begun = Begun(until=time.time() + LONGEST_PENDING_S, problem=None)
+        await self.service.in_thread(self._note, prediction_id, begun)
+        return pending, self.service.in_background(self._noted(pending, files, form, key))
+
+    async def _noted(
+        self, pending: Pending, files: Files, form: PredictionFields, key: str | None
+    ) -> tuple[PredictionAnswer, bool]:
+        """Predict; what goes wrong is kept for whoever asks."""
+        try:
+            return await self.predict(files, form, key)
+        except AsperityError as error:
+            ended = Begun(until=0.0, problem=problem_of(error, pending.url))
+            await self.service.in_thread(self._note, pending.id, ended)
+            raise
+
+    def _note(self, prediction_id: str, begun: Begun) -> None:
+        self.service.store.put(prediction_id, {BEGUN: begun.model_dump_json().encode()})
+
+    def outcome(self, prediction_id: str) -> PredictionAnswer | Pending | Problem:
+        """What has become of a prediction.
+
+        Raises:
+            ResultNotFoundError: there is none of that id.
+        """
+        try:
+            return self.read(prediction_id)
+        except ResultNotFoundError:
+            begun = Begun.model_validate_json(self.service.store.get(prediction_id, BEGUN))
+            if begun.problem is not None:
+                return begun.problem
+            if time.time() > begun.until:
+                raise
+            return Pending(id=prediction_id, url=f"/v1/predictions/{prediction_id}")
 
     def _known(self, files: Files, form: PredictionFields, key: str | None) -> tuple[str, PredictionAnswer | None]:
         """Its id, and the answer that is there, verified now if that was not asked for before; None if there is none."""

@@ -123,6 +123,13 @@ class PredictionAnswer(Numbers):
     verification: JobLink | None
 
 
+class Pending(BaseModel):
+    """A prediction that is computed after the request has been answered."""
+
+    id: str
+    url: str = Field(description="where it will be")
+
+
 class SolveAnswer(BaseModel):
     """A reference solve that was queued."""
 

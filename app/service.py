@@ -1,7 +1,9 @@
 """What the endpoints share: store, queue, decoder, and processes to compute in."""
 
-from collections.abc import Callable
-from typing import TypeVar
+import asyncio
+import logging
+from collections.abc import Callable, Coroutine
+from typing import Any, TypeVar
 
 from anyio import CapacityLimiter, to_thread
 
@@ -13,11 +15,14 @@ from app.schemas import (
 )
 from app.settings import Settings
 from model.weights import NAME, SHIPPED, read_manifest, version
+from solver.errors import AsperityError
 from worker.connection import connect
 from worker.jobs import VerificationQueue
 from worker.store import ResultStore
 
 Result = TypeVar("Result")
+
+logger = logging.getLogger(__name__)
 
 THREADS = 32
 """That wait for files, the queue or a decoder."""
@@ -35,6 +40,7 @@ class Service:
         self.metrics = Metrics(self.queue)
         self.sandbox = Sandbox()
         self.compute = Compute(settings)
+        self._background: set[asyncio.Task[Any]] = set()
         self._limiter = CapacityLimiter(THREADS)
 
     async def start(self) -> None:
@@ -42,9 +48,10 @@ class Service:
         self.sandbox.start()
         await self.compute.start()
 
-    def stop(self) -> None:
+    async def stop(self) -> None:
         """Let what is computed be ended, and end it."""
-        self.compute.stop()
+        await asyncio.gather(*self._background, return_exceptions=True)
+        await asyncio.to_thread(self.compute.stop)
 
     @property
     def version(self) -> str:
@@ -83,6 +90,18 @@ class Service:
             domain=manifest["domain"],
             measured_error=manifest["validation"],
         )
+
+    def in_background(self, work: Coroutine[None, None, Result]) -> asyncio.Task[Result]:
+        """Go on with something after its request has been answered."""
+        task = asyncio.create_task(work)
+        self._background.add(task)
+        task.add_done_callback(self._forget)
+        return task
+
+    def _forget(self, task: asyncio.Task[Any]) -> None:
+        self._background.discard(task)
+        if not task.cancelled() and (error := task.exception()) and not isinstance(error, AsperityError):
+            logger.error("What went on in the background failed", exc_info=error)
 
     async def in_thread(self, function: Callable[..., Result], *arguments: object) -> Result:
         """Do what waits for files, the queue or a decoder away from the event loop."""

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import zlib
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import schemathesis
@@ -40,7 +41,8 @@ def explored(url: str, count: int) -> "subprocess.CompletedProcess[str]":
     root = str(Path(__file__).parent.parent)
     environment = os.environ | {"SCHEMATHESIS_HOOKS": "benchmarks.schema", "PYTHONPATH": root}
     command = [str(program), "run", f"{url}/openapi.json", "--no-color", *arguments]
-    return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    with TemporaryDirectory() as place:  # for what it remembers
+        return subprocess.run(command, env=environment, cwd=place, capture_output=True, text=True, check=False)
 
 
 @schemathesis.hook

@@ -1,6 +1,7 @@
 """What endpoints are given."""
 
 import re
+from dataclasses import dataclass
 from typing import Annotated
 
 from fastapi import Depends, Header, Query, Request
@@ -22,15 +23,29 @@ LONGEST_WAIT_S = 60.0
 _WAIT = re.compile(r"(?:^|[,;\s])wait=(\d{1,6})")
 
 
-async def _seconds_to_wait(
-    prefer: Annotated[str, Header(description="`wait=N`: seconds to wait for the job")] = "",
-) -> float:
-    """Of the header Prefer (RFC 7240)."""
+@dataclass(frozen=True)
+class Preference:
+    """Of the header Prefer (RFC 7240).
+
+    Attributes:
+        wait_s: seconds that the client would wait.
+        respond_async: whether it would rather ask again than wait longer.
+    """
+
+    wait_s: float
+    respond_async: bool
+
+
+async def _preference(
+    prefer: Annotated[
+        str, Header(description="`wait=N`: seconds to wait; `respond-async`: rather an address to ask later than to wait")
+    ] = "",
+) -> Preference:
     found = _WAIT.search(prefer)
-    return min(float(found[1]), LONGEST_WAIT_S) if found else 0.0
+    return Preference(min(float(found[1]), LONGEST_WAIT_S) if found else 0.0, "respond-async" in prefer)
 
 
-SecondsToWait = Annotated[float, Depends(_seconds_to_wait)]
+PreferenceDependency = Annotated[Preference, Depends(_preference)]
 ServiceDependency = Annotated[Service, Depends(_service)]
 
 

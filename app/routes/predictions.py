@@ -1,17 +1,35 @@
 """Predictions: made from an upload, read again by their id."""
 
+import asyncio
 from typing import Annotated
 
 from fastapi import APIRouter, Form, Response
+from fastapi.responses import JSONResponse
 
 from app.documentation import NETCDF, NPY, PNG, Responses, file, link, problems
 from app.errors import IdempotencyKeyReusedError, InvalidFormError
 from app.fields import FieldName
+from app.problem import MEDIA_TYPE, Problem
 from app.requests import PredictionForm
-from app.routes.dependencies import Before, IdempotencyKey, JobsDependency, Limit, PredictionsDependency, SecondsToWait
+from app.routes.dependencies import (
+    Before,
+    IdempotencyKey,
+    JobsDependency,
+    Limit,
+    PredictionsDependency,
+    PreferenceDependency,
+)
 from app.routes.problem_groups import COMPUTING, QUEUEING, READING, STORED
-from app.schemas import Page, PredictionAnswer
+from app.schemas import Page, Pending, PredictionAnswer
 
+EXAMPLE = Pending(id="0" * 32, url=f"/v1/predictions/{'0' * 32}").model_dump()
+PENDING: Responses = {
+    202: {
+        "model": Pending,
+        "description": "It is computed; ask at `url` later",
+        "content": {"application/json": {"example": EXAMPLE}},
+    }
+}
 ANSWERS: Responses = {
     200: {
         "links": {
@@ -26,24 +44,40 @@ ANSWERS: Responses = {
 router = APIRouter(prefix="/v1/predictions", tags=["predictions"])
 
 
-@router.post("", responses=ANSWERS | problems(*READING, *COMPUTING, *QUEUEING, IdempotencyKeyReusedError))
+@router.post(
+    "",
+    response_model=PredictionAnswer,
+    responses=ANSWERS | PENDING | problems(*READING, *COMPUTING, *QUEUEING, IdempotencyKeyReusedError),
+)
 async def make_prediction(
     form: Annotated[PredictionForm, Form(media_type="multipart/form-data")],
     predictions: PredictionsDependency,
     jobs: JobsDependency,
     response: Response,
-    wait_s: SecondsToWait,
+    preference: PreferenceDependency,
     idempotency_key: IdempotencyKey = None,
-) -> PredictionAnswer:
+) -> PredictionAnswer | Response:
     """Predict the contact of a height map, and have it verified by the reference solver unless told not to.
 
     The same upload with the same fields is computed once; the header `Asperity-Cache` says `hit` where it was there.
+    With `Prefer: wait=N` the answer waits for the verification, with `respond-async` for nothing: 202 says where to ask.
     """
-    answer, known = await predictions.predict(await form.files(), form, idempotency_key)
+    files = await form.files()
+    if preference.respond_async:
+        pending, computing = await predictions.begin(files, form, idempotency_key)
+        if not (await asyncio.wait({computing}, timeout=preference.wait_s))[0]:
+            return _accepted(pending)
+        answer, known = await computing
+    else:
+        answer, known = await predictions.predict(files, form, idempotency_key)
     response.headers["Asperity-Cache"] = "hit" if known else "miss"
-    if wait_s and answer.verification:
-        answer.verification = await jobs.waited(answer.verification, wait_s)
+    if preference.wait_s and not preference.respond_async and answer.verification:
+        answer.verification = await jobs.waited(answer.verification, preference.wait_s)
     return answer
+
+
+def _accepted(pending: Pending) -> Response:
+    return JSONResponse(pending.model_dump(), 202, {"Location": pending.url, "Retry-After": "1"})
 
 
 @router.get("", responses=problems(InvalidFormError, *STORED))
@@ -52,10 +86,16 @@ def list_predictions(predictions: PredictionsDependency, limit: Limit = 20, befo
     return predictions.newest(limit, before)
 
 
-@router.get("/{prediction_id}", responses=problems(*STORED))
-def read_prediction(prediction_id: str, predictions: PredictionsDependency) -> PredictionAnswer:
-    """The answer that was given."""
-    return predictions.read(prediction_id)
+@router.get("/{prediction_id}", response_model=PredictionAnswer, responses=PENDING | problems(*STORED))
+def read_prediction(prediction_id: str, predictions: PredictionsDependency) -> PredictionAnswer | Response:
+    """The answer that was given; 202 while it is computed, and then the problem if there was one."""
+    match predictions.outcome(prediction_id):
+        case Pending() as pending:
+            return _accepted(pending)
+        case Problem() as problem:
+            return JSONResponse(problem.model_dump(), problem.status, media_type=MEDIA_TYPE)
+        case PredictionAnswer() as answer:
+            return answer
 
 
 @router.get("/{prediction_id}/mask.png", response_class=Response, responses=file(PNG) | problems(*STORED))

@@ -7,7 +7,7 @@ from fastapi import APIRouter, Form
 from app.documentation import Responses, link, problems
 from app.errors import IdempotencyKeyReusedError
 from app.requests import SolveForm
-from app.routes.dependencies import IdempotencyKey, JobsDependency, SecondsToWait
+from app.routes.dependencies import IdempotencyKey, JobsDependency, PreferenceDependency
 from app.routes.problem_groups import QUEUEING, READING
 from app.schemas import SolveAnswer
 
@@ -29,11 +29,11 @@ router = APIRouter(prefix="/v1/solves", tags=["solves"])
 async def queue_solve(
     form: Annotated[SolveForm, Form(media_type="multipart/form-data")],
     jobs: JobsDependency,
-    wait_s: SecondsToWait,
+    preference: PreferenceDependency,
     idempotency_key: IdempotencyKey = None,
 ) -> SolveAnswer:
     """Queue a reference solve; its job says where it stands, and in the end holds the solution."""
     answer = await jobs.solve(await form.files(), form, idempotency_key)
-    if wait_s:
-        answer.job = await jobs.waited(answer.job, wait_s)
+    if preference.wait_s:
+        answer.job = await jobs.waited(answer.job, preference.wait_s)
     return answer

@@ -29,11 +29,10 @@ def assert_fits(document: Document, example: object, schema: Document) -> None:
 
 def test_every_answer_has_an_example_that_fits_its_schema(document: Document) -> None:
     for name, operation in operations(document).items():
-        answers = {
-            k: one for status, one in operation["responses"].items() if status < "3" for k, one in one["content"].items()
-        }
+        successes = [response for status, response in operation["responses"].items() if status.startswith("2")]
+        answers = [answer for success in successes for answer in success["content"].items()]
         assert answers, name
-        for media_type, answer in answers.items():
+        for media_type, answer in answers:
             assert media_type in BINARY or "example" in answer, (name, media_type)
             if media_type == "application/json":
                 assert_fits(document, answer["example"], answer["schema"])

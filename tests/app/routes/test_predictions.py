@@ -2,6 +2,7 @@
 
 import base64
 import io
+import time
 from collections.abc import Callable
 
 import httpx
@@ -123,6 +124,31 @@ def test_an_idempotency_key_stands_for_one_request(client: httpx.Client) -> None
     refused = post("8")
     assert refused.status_code == 422
     assert refused.json()["type"] == "/problems/idempotency-key-reused"
+
+
+def test_who_would_rather_not_wait_is_told_where_to_ask(client: httpx.Client, predict: Predict) -> None:
+    request = {"data": UNITS | {"load_n": "21.5"}, "files": {"surface": surface_png()}}
+    accepted = client.post("/v1/predictions", headers={"Prefer": "respond-async"}, **request)  # type: ignore[arg-type]
+    assert accepted.status_code == 202
+    place = accepted.headers["location"]
+    assert accepted.json() == {"id": place.rpartition("/")[2], "url": place}
+    while (answer := client.get(place)).status_code == 202:
+        assert int(answer.headers["retry-after"]) > 0
+        time.sleep(0.02)
+    assert answer.json()["id"] == predict(load_n="21.5").json()["id"]
+    at_once = client.post("/v1/predictions", headers={"Prefer": "respond-async, wait=30"}, **request)  # type: ignore[arg-type]
+    assert at_once.json() == answer.json()
+
+
+def test_who_did_not_wait_is_told_what_was_wrong(client: httpx.Client) -> None:
+    request = {"data": UNITS, "files": {"surface": surface_png()[:200]}}
+    place = client.post("/v1/predictions", headers={"Prefer": "respond-async"}, **request).headers["location"]  # type: ignore[arg-type]
+    while (answer := client.get(place)).status_code == 202:
+        time.sleep(0.02)
+    at_once = client.post("/v1/predictions", **request)  # type: ignore[arg-type]
+    assert answer.status_code == at_once.status_code == 422
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert {"type": answer.json()["type"], "detail": answer.json()["detail"]}.items() <= at_once.json().items()
 
 
 def test_predictions_are_listed_newest_first_by_pages(predict: Predict, client: httpx.Client) -> None:
