@@ -17,6 +17,7 @@ from worker.jobs import VerificationQueue
 from worker.lifetime import die_with_parent
 from worker.logs import log_as_json, request_id
 from worker.store import ResultStore
+from worker.tracing import Carrier, carrier, send_traces, span
 
 Result = TypeVar("Result")
 
@@ -104,7 +105,7 @@ class Compute:
             if pool is None:
                 raise ComputeError("The service has not started yet.")
             try:
-                return await asyncio.wrap_future(pool.submit(_call, request_id.get(), task, arguments))
+                return await asyncio.wrap_future(pool.submit(_call, request_id.get(), carrier(), task, arguments))
             except BrokenProcessPool:
                 if self._pool is pool:  # nobody else has replaced it yet
                     self._start()
@@ -132,12 +133,14 @@ def _prepare(parent: int, settings: Settings) -> None:
     die_with_parent(parent)
     os.nice(NICE)
     log_as_json()
+    send_traces("asperity-compute")
     _here["settings"] = settings
 
 
-def _call(request: str | None, task: Callable[..., Result], arguments: tuple[object, ...]) -> Result:
+def _call(request: str | None, place: Carrier, task: Callable[..., Result], arguments: tuple[object, ...]) -> Result:
     """A task, in the process; weights that cannot be loaded are told to whoever asks for something."""
     if "computer" not in _here:
         _here["computer"] = Computer(_here["settings"])
     request_id.set(request)
-    return task(_here["computer"], *arguments)
+    with span(task.__name__, place):
+        return task(_here["computer"], *arguments)

@@ -62,7 +62,7 @@ def main() -> None:
 
 
 def _worker(state: str) -> "subprocess.Popen[bytes]":
-    environment = os.environ | {"ASPERITY_STATE_DIR": state}
+    environment = os.environ | {"ASPERITY_STATE_DIR": state, "OMP_NUM_THREADS": "1"}
     return subprocess.Popen([sys.executable, "-m", "worker"], env=environment, stderr=subprocess.DEVNULL)
 
 

@@ -11,6 +11,13 @@ class QueueUnavailableError(AsperityError):
     http_status = 503
 
 
+class TracingError(AsperityError):
+    """Traces that are to be sent and cannot be."""
+
+    code = "tracing-unavailable"
+    title = "Traces cannot be sent"
+
+
 class QueueFullError(AsperityError):
     """More jobs are waiting than may wait."""
 

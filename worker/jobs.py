@@ -18,6 +18,7 @@ from worker.job_queue import JobQueue
 from worker.parcel import FieldName, JobKeys, Parcel
 from worker.settings import Settings
 from worker.store import is_id, new_id
+from worker.tracing import carrier
 from worker.webhooks import public_address
 
 JobStatusName = Literal["queued", "started", "finished", "failed", "canceled"]
@@ -110,7 +111,7 @@ class VerificationQueue:
             job_id,
             f"{kind} {rows} x {columns}",
             keep_s,
-            meta={"kind": kind, "request_id": request_id, "webhook_url": webhook_url},
+            meta={"kind": kind, "request_id": request_id, "webhook_url": webhook_url, "trace": carrier()},
         )
         self.connection.zadd(INDEX, {job_id: time.time()})
         self.connection.zremrangebyscore(INDEX, 0, time.time() - keep_s)

@@ -25,6 +25,7 @@ from worker.lifetime import die_with_parent
 from worker.logs import log_as_json, request_id
 from worker.parcel import JobKeys
 from worker.settings import Settings
+from worker.tracing import send_traces, span
 
 HEARTBEAT_EVERY_S = 5
 ABANDONED_AFTER_S = 20
@@ -69,7 +70,13 @@ class VerificationWorker(Worker):
         """The forked child: it ends with its worker, also if that is killed."""
         die_with_parent(self.process_id)
         request_id.set(job.meta.get("request_id"))
+        send_traces("asperity-worker", at_once=True)
         super().main_work_horse(job, queue)
+
+    def perform_job(self, job: Job, queue: Queue) -> bool:
+        """In the child: as a span of the trace in which the job was queued."""
+        with span(job.description or job.id, job.meta.get("trace", {})):
+            return super().perform_job(job, queue)
 
 
 def fail_for_good(job: Job, kind: type[BaseException], error: BaseException, traceback: TracebackType) -> None:

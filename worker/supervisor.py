@@ -8,6 +8,7 @@ import threading
 from functools import partial
 from types import TracebackType
 
+from solver.threads import threads
 from worker.lifetime import die_with_parent
 from worker.settings import Settings
 
@@ -20,13 +21,15 @@ STOP_TIMEOUT_S = 5.0
 class WorkerSupervisor:
     """A number of worker processes, as a context manager.
 
-    On leaving, workers get a moment to finish; a job that is cut off is taken up again by the next worker.
+    Together they use as many threads as one would. On leaving they get a moment to finish; a job that is cut off is taken up
+    again by the next worker.
     """
 
     def __init__(self, settings: Settings, count: int) -> None:
         self.environment = os.environ | {"ASPERITY_STATE_DIR": str(settings.state_path)}
         if settings.redis_url:
             self.environment["REDIS_URL"] = settings.redis_url
+        self.environment.setdefault("OMP_NUM_THREADS", str(max(1, threads() // max(1, count))))
         self.count = count
         self.processes: list[subprocess.Popen[bytes]] = []
         self._stopping = threading.Event()

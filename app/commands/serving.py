@@ -25,6 +25,7 @@ def serve() -> None:
 
     from app.main import create_app
     from worker.logs import log_as_json
+    from worker.tracing import send_traces
 
     settings = read_settings()
     signal.signal(signal.SIGTERM, _leave)  # uvicorn hands the signal on when it is done
@@ -33,6 +34,7 @@ def serve() -> None:
             stack.enter_context(EmbeddedRedis(settings.state_path))
         stack.enter_context(WorkerSupervisor(settings, settings.workers))
         log_as_json()
+        send_traces("asperity")
         uvicorn.run(create_app(settings), host=settings.host, port=settings.port, log_config=None)
 
 
