@@ -8,6 +8,12 @@ from app.errors import ArchiveError
 
 MOST_MEMBERS = 500
 
+END_OF_DIRECTORY, LONGEST_END = b"PK\x05\x06", 22 + 2**16
+"""Where a zip file says how many bytes its list of files has."""
+
+LONGEST_DIRECTORY = MOST_MEMBERS * 500
+"""Bytes, with names and remarks of a few hundred each."""
+
 UNREADABLE = (zipfile.BadZipFile, zlib.error, RuntimeError, NotImplementedError, EOFError, OSError, ValueError)
 """What the standard library raises: RuntimeError for encrypted files, NotImplementedError for unusual compression."""
 
@@ -24,6 +30,7 @@ class Archive:
     """
 
     def __init__(self, data: bytes, limit_bytes: int) -> None:
+        _check_directory(data)
         try:
             self._archive = zipfile.ZipFile(io.BytesIO(data))
         except UNREADABLE as error:
@@ -47,6 +54,17 @@ class Archive:
                 return file.read(self._limit_bytes)
         except UNREADABLE as error:
             raise _unreadable(error) from error
+
+
+def _check_directory(data: bytes) -> None:
+    """Refuse a list of files that would take long to read; a file without any is left to the reader.
+
+    Raises:
+        ArchiveError: the list is longer than that of as many files as there may be.
+    """
+    end = data.rfind(END_OF_DIRECTORY, -LONGEST_END)
+    if end >= 0 and len(data) >= end + 16 and int.from_bytes(data[end + 12 : end + 16], "little") > LONGEST_DIRECTORY:
+        raise ArchiveError(f"The archive holds too many files; it may hold 1 to {MOST_MEMBERS}.")
 
 
 def _unreadable(error: Exception) -> ArchiveError:

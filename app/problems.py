@@ -31,6 +31,15 @@ from worker.errors import StoreUnavailableError, WebhookError
 
 RETRY_AFTER_SECONDS = 10
 
+UNREAD = (
+    HTTPStatus.REQUEST_TIMEOUT,
+    HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
+    HTTPStatus.UNAUTHORIZED,
+    HTTPStatus.FORBIDDEN,
+    HTTPStatus.TOO_MANY_REQUESTS,
+)
+"""Answered before the body was read, or while it came: what is still coming is not listened to."""
+
 FIELD_OF: dict[type[AsperityError], str] = {
     ArchiveError: "archive",
     UploadError: "surface",
@@ -128,6 +137,8 @@ def _response(problem: Problem, headers: dict[str, str] | None = None) -> JSONRe
     headers = headers or {}
     if problem.status in (HTTPStatus.SERVICE_UNAVAILABLE, HTTPStatus.TOO_MANY_REQUESTS):
         headers["Retry-After"] = str(RETRY_AFTER_SECONDS)
+    if problem.status in UNREAD:
+        headers["Connection"] = "close"
     if problem.status == HTTPStatus.UNAUTHORIZED:
         headers["WWW-Authenticate"] = "Bearer"
     return JSONResponse(problem.model_dump(), problem.status, headers, MEDIA_TYPE)

@@ -10,14 +10,13 @@ import sys
 import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
-from pathlib import Path
 
 import httpx
 import numpy as np
 from prometheus_client.parser import text_string_to_metric_families
 
 from benchmarks.cases import midpoint_problem
-from benchmarks.service import midpoint_upload, service
+from benchmarks.service import memory_gib, midpoint_upload, service
 from model import Surrogate
 
 SIZES = (128, 512)
@@ -47,7 +46,7 @@ def main() -> None:
         lags = _lags(client)
         print(
             f"{CROWD} clients for {seconds:g} s: {rate:.1f} answers a second, other than 200: {wrong}; memory of the "
-            f"service and all its processes {_memory(pid):.2f} GiB; lag of the event loop: {lags}"
+            f"service and all its processes {memory_gib(pid):.2f} GiB; lag of the event loop: {lags}"
         )
 
 
@@ -108,20 +107,6 @@ def _lags(client: httpx.Client) -> str:
     most = max(counts.values())
     within = [min(bound for bound, count in counts.items() if count >= share * most) for share in (0.99, 1.0)]
     return f"99 % within {within[0]:g} s, all within {within[1]:g} s"
-
-
-def _memory(pid: int) -> float:
-    """Memory of a process and its children, what they share counted once, in GiB (Linux)."""
-    family = [pid]
-    for one in family:
-        for task in Path(f"/proc/{one}/task").iterdir():
-            family += map(int, (task / "children").read_text().split())
-    kibibytes = 0
-    for one in family:
-        for line in Path(f"/proc/{one}/smaps_rollup").read_text().splitlines():
-            if line.startswith("Pss:"):
-                kibibytes += int(line.split()[1])
-    return kibibytes / 2**20
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -91,3 +91,19 @@ def wait_for_job(client: httpx.Client, job_id: str, timeout_s: float = 600, look
         if time.monotonic() > deadline:
             raise TimeoutError(str(job))
         time.sleep(look_every_s)
+
+
+def memory_gib(pid: int) -> float:
+    """Memory of a process and its children, what they share counted once, in GiB (Linux)."""
+    family = [pid]
+    for one in family:
+        with suppress(OSError):  # it has just ended
+            for task in Path(f"/proc/{one}/task").iterdir():
+                family += map(int, (task / "children").read_text().split())
+    kibibytes = 0
+    for one in family:
+        with suppress(OSError):  # it has just ended
+            for line in Path(f"/proc/{one}/smaps_rollup").read_text().splitlines():
+                if line.startswith("Pss:"):
+                    kibibytes += int(line.split()[1])
+    return kibibytes / 2**20

@@ -24,6 +24,7 @@ def serve() -> None:
     import uvicorn
 
     from app.main import create_app
+    from app.protocol import Protocol
     from worker.logs import log_as_json
     from worker.tracing import send_traces
 
@@ -35,7 +36,7 @@ def serve() -> None:
         stack.enter_context(WorkerSupervisor(settings, settings.workers))
         log_as_json()
         send_traces("asperity")
-        uvicorn.run(create_app(settings), host=settings.host, port=settings.port, log_config=None)
+        uvicorn.run(create_app(settings), host=settings.host, port=settings.port, log_config=None, http=Protocol)
 
 
 def key(name: Annotated[str, typer.Argument(help="Of the client that will use it.")]) -> None:

@@ -1,0 +1,29 @@
+"""Connections that say little or nothing, against a running service."""
+
+import socket
+import time
+
+import httpx
+import pytest
+
+from app.protocol import HEADERS_S
+
+
+@pytest.mark.parametrize(
+    "begun", [b"", b"GET /heal", b"GET /healthz HTTP/1.1\r\nHost: a\r\nX: "], ids=["none", "line", "header"]
+)
+def test_headers_that_do_not_come_are_not_waited_for(server: str, begun: bytes) -> None:
+    url = httpx.URL(server)
+    with socket.create_connection((url.host, url.port or 80)) as connection:
+        connection.sendall(begun)
+        started = time.monotonic()
+        connection.settimeout(3 * HEADERS_S)
+        assert connection.recv(100) == b""
+        assert time.monotonic() - started > HEADERS_S / 2
+
+
+def test_a_connection_is_used_again(server: str) -> None:
+    with httpx.Client(base_url=server) as client:
+        for _ in range(3):
+            assert client.get("/healthz").status_code == 200
+            time.sleep(1)
