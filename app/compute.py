@@ -2,9 +2,10 @@
 
 import asyncio
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from multiprocessing import get_context
 from typing import Any, TypeVar
 
@@ -91,15 +92,26 @@ class Compute:
             ComputeError: the processes die of this task.
             AsperityError: what the task raises.
         """
+        with self.admitted():
+            return await self.submit(task, *arguments)
+
+    @contextmanager
+    def admitted(self) -> Iterator[None]:
+        """Within it a request waits to be computed.
+
+        Raises:
+            BusyError: too many do.
+        """
         if self._waiting >= self.settings.requests_waiting:
             raise BusyError(f"{self._waiting} requests wait to be computed; try again later.")
         self._waiting += 1
         try:
-            return await self._tried(task, arguments)
+            yield
         finally:
             self._waiting -= 1
 
-    async def _tried(self, task: Callable[..., Result], arguments: tuple[object, ...]) -> Result:
+    async def submit(self, task: Callable[..., Result], *arguments: object) -> Result:
+        """As :meth:`run`, for requests that were admitted before."""
         for _ in range(2):
             pool = self._pool
             if pool is None:

@@ -1,21 +1,27 @@
 """Predictions as the processes compute them: read, predicted, measured, stored, and their verification queued."""
 
 from base64 import b64encode
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
 
 from app.compute import Computer
 from app.fields import UNITS, FieldName
 from app.job_link import job_link
 from app.prediction import Stopwatch, Wanted, predict
-from app.reading import Maps, read_problem
+from app.reading import Maps, Reading, read_problem
 from app.requests import Output, PredictionFields
 from app.schemas import FieldLink, PredictionAnswer
+from model.methods import Accuracy
 from model.prediction import Prediction
 from solver import ContactProblem
 from worker.arrays import Field, npy
 from worker.logs import request_id
 from worker.masks import mask_png
 from worker.parcel import Parcel
+from worker.tracing import Carrier, span
+
+Result = TypeVar("Result")
 
 PREDICTION, MASK = "prediction.json", "mask.png"
 """Files of a stored prediction; where the first is, all are."""
@@ -26,17 +32,92 @@ def bare(form: PredictionFields) -> PredictionFields:
     return PredictionFields.model_construct(**{name: getattr(form, name) for name in PredictionFields.model_fields})
 
 
-def computed_prediction(computer: Computer, prediction_id: str, maps: Maps, form: PredictionFields) -> PredictionAnswer:
+@dataclass(frozen=True)
+class Item:
     """A prediction that was not there.
 
-    Raises:
-        AsperityError: bad input, a solve that was needed and did not converge, or no queue for a verification.
+    Attributes:
+        prediction_id: under which it is stored.
+        maps: heights.
+        form: what people gave besides.
+        request: id of the request.
+        place: of the request in a trace.
     """
+
+    prediction_id: str
+    maps: Maps
+    form: PredictionFields
+    request: str | None
+    place: Carrier
+
+
+def computed_predictions(computer: Computer, items: Sequence[Item]) -> list[PredictionAnswer | Exception]:
+    """Compute predictions, or say why not; the network is asked once for all that begin with it.
+
+    Each is computed by itself besides, and none suffers from the faults of another.
+    """
+    readings = [_tried(_read, item) for item in items]
+    kinds: dict[tuple[object, ...], list[_Read]] = {}
+    for one in readings:
+        if isinstance(one, _Read) and computer.surrogate.begins_with_network(*one.question):
+            kinds.setdefault(one.kind, []).append(one)
+    estimates: dict[_Read, Prediction] = {}
+    for asked in kinds.values():
+        if len(asked) > 1:
+            estimates |= zip(asked, computer.surrogate.estimate_batch([one.reading.problem for one in asked]), strict=True)
+    return [
+        one if isinstance(one, Exception) else _tried(_computed, computer, item, one, estimates.get(one))
+        for item, one in zip(items, readings, strict=True)
+    ]
+
+
+@dataclass(frozen=True, eq=False)
+class _Read:
+    """An item that was read, and the time that took."""
+
+    reading: Reading
+    accuracy: Accuracy
+    stopwatch: Stopwatch
+
+    @property
+    def question(self) -> tuple[ContactProblem, Accuracy]:
+        """What is asked of the surrogate."""
+        return self.reading.problem, self.accuracy
+
+    @property
+    def kind(self) -> tuple[object, ...]:
+        """What problems that the network is asked for at once have in common."""
+        problem = self.reading.problem
+        return problem.shape, problem.pixel_size, problem.boundary
+
+
+def _read(item: Item) -> _Read:
     stopwatch = Stopwatch()
-    reading = read_problem(maps, form, form.load_n)
+    reading = read_problem(item.maps, item.form, item.form.load_n)
     stopwatch.lap("decode")
+    return _Read(reading, item.form.accuracy, stopwatch)
+
+
+def _tried(function: Callable[..., Result], *arguments: object) -> Result | Exception:
+    try:
+        return function(*arguments)
+    except Exception as error:  # noqa: BLE001 (raised again in the process that asked)
+        return error
+
+
+def _computed(computer: Computer, item: Item, read: _Read, estimate: Prediction | None) -> PredictionAnswer:
+    """Predict, measure, store, and queue the verification."""
+    request_id.set(item.request)
+    with span("computed_prediction", item.place):
+        return _stored(computer, item.prediction_id, item.form, read, estimate)
+
+
+def _stored(
+    computer: Computer, prediction_id: str, form: PredictionFields, read: _Read, estimate: Prediction | None
+) -> PredictionAnswer:
+    reading, stopwatch = read.reading, read.stopwatch
     wanted = Wanted(form.accuracy, form.resistivity_ohm_m, form.outputs)
-    predicted = predict(reading, wanted, computer.surrogate, stopwatch)
+    predicted = predict(reading, wanted, computer.surrogate, stopwatch, estimate)
     url, problem = f"/v1/predictions/{prediction_id}", reading.problem
     contact = predicted.prediction.contact_mask
     mask = mask_png(contact)

@@ -64,7 +64,9 @@ class Predicted:
     numbers: Numbers
 
 
-def predict(reading: Reading, wanted: Wanted, surrogate: Surrogate, stopwatch: Stopwatch) -> Predicted:
+def predict(
+    reading: Reading, wanted: Wanted, surrogate: Surrogate, stopwatch: Stopwatch, estimate: Prediction | None = None
+) -> Predicted:
     """Predict the contact of a problem that was read.
 
     Args:
@@ -72,13 +74,14 @@ def predict(reading: Reading, wanted: Wanted, surrogate: Surrogate, stopwatch: S
         wanted: of the prediction.
         surrogate: the network, loaded.
         stopwatch: gets the stages of the surrogate, and measure.
+        estimate: what the network says, if that is known already.
 
     Raises:
         NotConvergedError: the solver was needed and did not converge.
         InvalidHeightsError: the roughness of a map that has none was asked for.
     """
     problem, warnings = reading.problem, list(reading.warnings)
-    prediction = surrogate.predict(problem, wanted.accuracy)
+    prediction = surrogate.predict(problem, wanted.accuracy, estimate)
     stopwatch.laps(prediction.timings_ms)
 
     mask, resistivity = prediction.contact_mask, wanted.resistivity

@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator
 from pydantic import BaseModel
 
 from app.archive import Archive
-from app.computing import MASK, PREDICTION, bare, computed_prediction, delivered
+from app.computing import MASK, PREDICTION, Item, bare, delivered
 from app.content import content_id
 from app.errors import IdempotencyKeyReusedError
 from app.fields import FieldName, bundle, picture
@@ -25,6 +25,7 @@ from worker.errors import JobNotFoundError, ResultNotFoundError
 from worker.logs import request_id
 from worker.masks import mask_from_png
 from worker.parcel import Parcel
+from worker.tracing import carrier
 
 BEGUN = "begun.json"
 LONGEST_PENDING_S = 600.0
@@ -70,7 +71,7 @@ class Predictions:
         if known is not None:
             return known, True
         maps = await service.in_thread(Maps.of, files, service.sandbox.decode)
-        answer = await service.compute.run(computed_prediction, prediction_id, maps, fields)
+        answer = await service.batching.predict(Item(prediction_id, maps, fields, request_id.get(), carrier()))
         service.metrics.predicted(answer)
         return answer, False
 

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from app.contact_problem import contact_problem
+from app.formats.png import png_shape
 from app.forms import BodiesForm
 from app.height_map import HeightMap
 from app.surface import Surface, read_surface, surface_warnings
@@ -43,6 +44,11 @@ class Maps:
         """
         first, second = files.surface, files.surface_2
         return cls(first if is_png(first) else decode(first), second if second is None or is_png(second) else decode(second))
+
+    @property
+    def shape(self) -> tuple[int, int] | None:
+        """(rows, columns) of the first file; None if it does not say."""
+        return png_shape(self.surface) if isinstance(self.surface, bytes) else self.surface.values.shape
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 
 from anyio import CapacityLimiter, to_thread
 
+from app.batching import Batching
 from app.compute import Compute
 from app.metrics import Metrics
 from app.sandbox import Sandbox
@@ -40,6 +41,7 @@ class Service:
         self.metrics = Metrics(self.queue)
         self.sandbox = Sandbox()
         self.compute = Compute(settings)
+        self.batching = Batching(self.compute)
         self._background: set[asyncio.Task[Any]] = set()
         self._limiter = CapacityLimiter(THREADS)
 

@@ -60,7 +60,9 @@ class Surrogate:
         """Name and start of the hash of the weights."""
         return self.weights.version
 
-    def predict(self, problem: ContactProblem, accuracy: Accuracy = "balanced") -> Prediction:
+    def predict(
+        self, problem: ContactProblem, accuracy: Accuracy = "balanced", estimate: Prediction | None = None
+    ) -> Prediction:
         """Predict where the bodies touch, in the cheapest way that is as accurate as asked for.
 
         What each way costs, and how wrong it usually is, was measured; the error bar of the answer itself has the last word,
@@ -73,13 +75,22 @@ class Surrogate:
             problem: what touches.
             accuracy: ``fast``, ``balanced``, ``exact``, or the mean error that is allowed of 1 - Dice, contact area and
                 contact resistance alike.
+            estimate: what the network alone says, if that is known already (:meth:`estimate_batch`).
 
         Raises:
             AccuracyError: another accuracy.
             NotConvergedError: the solver was needed and did not converge.
         """
         target = target_of(accuracy)
-        return self._completed(problem, self._plan(problem, target), target)
+        return self._completed(problem, self._plan(problem, target), target, estimate)
+
+    def begins_with_network(self, problem: ContactProblem, accuracy: Accuracy) -> bool:
+        """Whether :meth:`predict` asks the network first.
+
+        Raises:
+            AccuracyError: another accuracy.
+        """
+        return self._plan(problem, target_of(accuracy))[0].start == "network"
 
     def predict_sweep(
         self, problem: ContactProblem, loads: Sequence[float], accuracy: Accuracy = "balanced"
@@ -123,7 +134,7 @@ class Surrogate:
     ) -> Prediction:
         """The first way of a plan, and the solver from there until the error bar of the answer is within the target."""
         method = NETWORK if plan[0].start == "network" else plan[0]
-        prediction = estimate or self.answer(problem, method)
+        prediction = estimate if estimate and method == NETWORK else self.answer(problem, method)
         for tolerance in [further.tolerance for further in plan]:
             if prediction.in_distribution and prediction.expected_error.largest <= target:
                 break

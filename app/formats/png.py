@@ -48,6 +48,14 @@ def read_png(data: bytes) -> HeightMap:
     return HeightMap(codes / (2**bit_depth - 1), "PNG", bit_depth=bit_depth)
 
 
+def png_shape(data: bytes) -> tuple[int, int] | None:
+    """(rows, columns) as the header of a PNG says; None if it ends before."""
+    if len(data) < HEADER.size:
+        return None
+    _, _, _, columns, rows, _, _ = HEADER.unpack_from(data)
+    return rows, columns
+
+
 def _check_header(data: bytes) -> int:
     """The bit depth of a PNG that may be decoded."""
     if len(data) < HEADER.size:
