@@ -2,6 +2,7 @@
 
 import asyncio
 import os
+import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -144,6 +145,7 @@ def _prepare(parent: int, settings: Settings) -> None:
     """The start of a process, which yields to the one with the event loop."""
     die_with_parent(parent)
     os.nice(NICE)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes; what is computed is to be answered
     log_as_json()
     send_traces("asperity-compute")
     _here["settings"] = settings

@@ -1,7 +1,7 @@
 """The RQ queues: of verifications, of shards of data sets, and of webhooks."""
 
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, cast
 
 from redis import Redis
@@ -136,8 +136,8 @@ class JobQueue(Queue):
                 scheduled.remove(job_id, pipeline=pipeline)
             pipeline.execute()
 
-    def take_back_abandoned(self) -> None:
-        """Queue again the jobs whose workers have stopped their heartbeat."""
+    def take_back_abandoned(self, handlers: Sequence[Callable[..., object]] = ()) -> None:
+        """Queue again the jobs whose workers have stopped their heartbeat; the handlers are told of each, as by RQ."""
         if self.acquire_maintenance_lock():
-            self.started_job_registry.cleanup()
+            self.started_job_registry.cleanup(exception_handlers=list(handlers))
             self.release_maintenance_lock()

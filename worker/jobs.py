@@ -12,7 +12,7 @@ from rq.exceptions import NoSuchJobError
 from rq.job import Job, JobStatus
 
 from worker.connection import redis_failures
-from worker.ending import end
+from worker.ending import end, fail_for_good
 from worker.errors import JobNotFoundError, JobTooLargeError, QueueFullError, WebhookError
 from worker.job_queue import JobQueue
 from worker.parcel import FieldName, JobKeys, Parcel
@@ -168,7 +168,7 @@ class VerificationQueue:
             JobNotFoundError: there is none of that id.
             QueueUnavailableError: Redis fails.
         """
-        self.queue.take_back_abandoned()
+        self.queue.take_back_abandoned([fail_for_good])
         job = self._fetch(job_id)
         status = _STATUS[job.get_status(refresh=False)]
         result = job.return_value() if status == "finished" else None

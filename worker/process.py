@@ -6,24 +6,20 @@ but what all solves share is built before they are forked.
 
 import logging
 import os
-from types import TracebackType
 from typing import Any
 
 from redis import Redis
-from redis.exceptions import RedisError
 from rq import Queue, Worker
-from rq.exceptions import AbandonedJobError
 from rq.job import Job, JobStatus
 from rq.serializers import JSONSerializer
 
 from solver.operators import prepare_multilevel
 from worker import verification  # noqa: F401 (imported here, before the forks, so that no job waits for it)
 from worker.connection import PATIENTLY, connect
-from worker.ending import end
+from worker.ending import end, fail_for_good
 from worker.job_queue import SHARDS, VERIFICATIONS, WEBHOOKS, JobQueue
 from worker.lifetime import die_with_parent
 from worker.logs import log_as_json, request_id
-from worker.parcel import JobKeys
 from worker.settings import Settings
 from worker.tracing import send_traces, span
 
@@ -77,13 +73,6 @@ class VerificationWorker(Worker):
         """In the child: as a span of the trace in which the job was queued."""
         with span(job.description or job.id, job.meta.get("trace", {})):
             return super().perform_job(job, queue)
-
-
-def fail_for_good(job: Job, kind: type[BaseException], error: BaseException, traceback: TracebackType) -> None:
-    """A solve that raised would raise again: only the loss of its process or its Redis is a reason to try it again."""
-    if job.origin != WEBHOOKS and not issubclass(kind, (AbandonedJobError, RedisError)):
-        job.retries_left = 0
-        JobKeys(job.connection, job.id).drop_parcel()
 
 
 def run_worker(settings: Settings) -> None:

@@ -5,11 +5,14 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import httpx
 import pytest
 
-from tests.app.conftest import ASPERITY, free_port, run, wait_until_ready
+from tests.app.conftest import ASPERITY, UNITS, free_port, run, wait_until_ready
+from tests.app.files import surface_png
 
 
 def test_a_worker_without_a_queue_fails_with_advice(tmp_path: Path) -> None:
@@ -46,3 +49,20 @@ def test_serve_ends_with_all_its_processes(tmp_path: Path, signum: signal.Signal
     while [child for child in children if Path("/proc", child).exists()]:
         assert time.monotonic() < deadline
         time.sleep(0.05)
+
+
+@pytest.mark.parametrize(("signum", "to_all"), [(signal.SIGTERM, False), (signal.SIGINT, True)], ids=["stopped", "Ctrl-C"])
+def test_what_is_being_computed_is_answered_before_the_end(tmp_path: Path, signum: signal.Signals, to_all: bool) -> None:
+    port = free_port()
+    settings = {"ASPERITY_STATE_DIR": str(tmp_path), "ASPERITY_PORT": str(port)}
+    process = subprocess.Popen([ASPERITY, "serve"], env=os.environ | settings, start_new_session=True)
+    url = f"http://127.0.0.1:{port}"
+    wait_until_ready(url, process)
+    request = {"data": UNITS | {"verify": "false", "accuracy": "exact"}, "files": {"surface": surface_png(1024)}}
+    with ThreadPoolExecutor(1) as pool:
+        asking = pool.submit(httpx.post, f"{url}/v1/predictions", timeout=60, **request)
+        time.sleep(0.5)
+        assert not asking.done()
+        (os.killpg if to_all else os.kill)(process.pid, signum)
+        assert asking.result().status_code == 200
+    assert process.wait(30) == 0
