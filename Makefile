@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: setup serve test lint browser clean
+.PHONY: setup serve test lint audit browser clean
 
 setup: .venv/installed
 
@@ -21,6 +21,11 @@ lint: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+# Fails on a known vulnerability of what is installed, not where nobody can be asked.
+audit: setup
+	@$(BIN)/pip-audit --progress-spinner off --skip-editable >.venv/audit.txt 2>&1; head -n 1 .venv/audit.txt
+	@! grep -Eq '^Found [0-9]+ known vulnerabilit' .venv/audit.txt
 
 test: lint browser
 	$(BIN)/pytest

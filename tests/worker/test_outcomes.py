@@ -1,8 +1,13 @@
 """How jobs ended, counted in a real Redis."""
 
+import time
+
 from redis import Redis
+from rq.executions import Execution
+from rq.job import JobStatus
 
 from tests.worker.conftest import Wait, ended, rough, worker
+from worker.job_queue import JobQueue
 from worker.jobs import VerificationQueue
 from worker.outcomes import Outcomes
 from worker.parcel import JobKeys, Parcel
@@ -52,3 +57,20 @@ def test_each_end_of_a_job_is_counted_once(
     assert found.ended == {"canceled": 1, "failed": 1, "finished": 2}
     assert found.dice_errors["net-1"][0] == 1
     assert queue.waiting() == 0
+
+
+def test_a_job_that_is_lost_for_the_last_time_is_counted(queue: VerificationQueue, connection: Redis) -> None:
+    job_id = queue.enqueue(Parcel(rough(32)))
+    found = JobQueue.dequeue_any([queue.queue], 1, connection)
+    assert found is not None
+    job, _ = found
+    job.retries_left = 0
+    job.set_status(JobStatus.STARTED)
+    job.save()
+    with connection.pipeline() as pipeline:
+        Execution.create(job, ttl=0, pipeline=pipeline)
+        pipeline.execute()
+    time.sleep(1.1)
+    state = queue.state(job_id)
+    assert (state.status, state.error) == ("failed", "Its worker was lost again and again.")
+    assert Outcomes(connection).read().ended == {"failed": 1}
