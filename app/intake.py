@@ -19,7 +19,7 @@ BODY_S = 120.0
 class Intake:
     """ASGI middleware; whoever reads a body beyond the limits gets an error that becomes a problem document.
 
-    Pieces of all requests are handed on one at a time, so that a burst of uploads lets the event loop go on in between.
+    Requests begin, and their pieces are handed on, one at a time, so that a burst of uploads lets the event loop go on in between.
     Starlette's own limiter answers in plain text.
     """
 
@@ -61,11 +61,16 @@ class Intake:
             received += len(message.get("body", b""))
             complete = not message.get("more_body", False)
             self._check(received)
-            async with self._turn:
-                await asyncio.sleep(0)
+            await self._take_turn()
             return message
 
+        await self._take_turn()
         await self.app(scope, watched_receive, send)
+
+    async def _take_turn(self) -> None:
+        """Let the event loop go on once between this and whoever came before."""
+        async with self._turn:
+            await asyncio.sleep(0)
 
     def _check(self, size: int) -> None:
         if size > self.limit_mib * MEBIBYTE:

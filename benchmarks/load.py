@@ -83,7 +83,7 @@ def _throughput(url: str, clients: int, seconds: float, accuracy: str = "balance
 
     def run(number: int) -> tuple[int, int]:
         done = wrong = 0
-        with httpx.Client(base_url=url, timeout=120) as client:
+        with httpx.Client(base_url=url, timeout=120, verify=False) as client:  # noqa: S501 (no TLS, and none to prepare)
             while time.monotonic() < deadline:
                 load = 10 + 40 * np.random.default_rng([clients, number, done]).random()
                 status = _ask(client, png, fields | {"load_n": load, "accuracy": accuracy})
