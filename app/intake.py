@@ -19,7 +19,7 @@ BODY_S = 120.0
 class Intake:
     """ASGI middleware; whoever reads a body beyond the limits gets an error that becomes a problem document.
 
-    Requests begin, and their pieces are handed on, one at a time, so that a burst of uploads lets the event loop go on in between.
+    Requests begin, and their pieces are handed on, one at a time: a burst of uploads lets the event loop go on in between.
     Starlette's own limiter answers in plain text.
     """
 

@@ -3,8 +3,8 @@
     asperity benchmark load [SECONDS]
 
 Random midpoint surfaces of 128 x 128 and 512 x 512 pixels under loads of their own, `balanced` unless it says `fast`, which
-here is the network, without verification. The
-bare prediction, in this process, is beside; the lag of the event loop is what /metrics says.
+here is the network, without verification. The bare prediction, in this process, is beside. Wrong answers are those whose
+area is not that of the same prediction in this process, of every fiftieth; the lag of the event loop is what /metrics says.
 """
 
 import sys
@@ -17,6 +17,8 @@ import httpx
 import numpy as np
 from prometheus_client.parser import text_string_to_metric_families
 
+from app.reading import Files, read_problem
+from app.requests import PredictionFields
 from benchmarks.cases import midpoint_problem
 from benchmarks.service import memory_gib, midpoint_upload, service
 from model import Surrogate
@@ -24,6 +26,9 @@ from model import Surrogate
 SIZES = (128, 512)
 ONE_CLIENT = 60
 MANY, CROWD = 32, 200
+
+Sample = tuple[float, float]
+"""Load in N, contact area in mm^2."""
 
 
 def main() -> None:
@@ -45,11 +50,12 @@ def main() -> None:
             alone, many = (_throughput(url, clients, 10.0, accuracy)[0] for clients in (1, MANY))
             print(f"| {accuracy} | {alone:.1f} | {many:.1f} | {many / alone:.2f} |", flush=True)
         with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as apart:  # so that nothing else runs in it
-            rate, wrong = apart.submit(_throughput, url, CROWD, seconds).result()
+            rate, failed, samples = apart.submit(_throughput, url, CROWD, seconds).result()
+        wrong = sum(not np.isclose(area, _area(surrogate, load), rtol=1e-6) for load, area in samples)
         lags = _lags(client)
         print(
-            f"\n{CROWD} clients for {seconds:g} s: {rate:.1f} answers a second, other than 200: {wrong}; memory of the "
-            f"service and all its processes {memory_gib(pid):.2f} GiB; lag of the event loop: {lags}"
+            f"\n{CROWD} clients for {seconds:g} s: {rate:.1f} answers a second, other than 200: {failed}; wrong: {wrong} "
+            f"of {len(samples)}; memory of the service and all its processes {memory_gib(pid):.2f} GiB; lag of the event loop: {lags}"
         )
 
 
@@ -76,30 +82,41 @@ def _latencies(url: str, size: int, count: int, first: float) -> list[float]:
     return times
 
 
-def _throughput(url: str, clients: int, seconds: float, accuracy: str = "balanced") -> tuple[float, int]:
-    """Answers a second, and how many were not 200."""
+def _throughput(url: str, clients: int, seconds: float, accuracy: str = "balanced") -> tuple[float, int, list[Sample]]:
+    """Answers a second, how many were not 200, and every fiftieth of them."""
     png, fields = midpoint_upload(128, 30.0)
     deadline = time.monotonic() + seconds
 
-    def run(number: int) -> tuple[int, int]:
-        done = wrong = 0
+    def run(number: int) -> tuple[int, int, list[Sample]]:
+        done = failed = 0
+        samples = []
         with httpx.Client(base_url=url, timeout=120, verify=False) as client:  # noqa: S501 (no TLS, and none to prepare)
             while time.monotonic() < deadline:
                 load = 10 + 40 * np.random.default_rng([clients, number, done]).random()
-                status = _ask(client, png, fields | {"load_n": load, "accuracy": accuracy})
-                done, wrong = done + 1, wrong + (status != 200)
-        return done, wrong
+                answer = _ask(client, png, fields | {"load_n": load, "accuracy": accuracy})
+                done, failed = done + 1, failed + answer.is_error
+                if done % 50 == 1 and not answer.is_error:
+                    samples.append((load, answer.json()["contact_area_mm2"]))
+        return done, failed, samples
 
     started = time.monotonic()
     with ThreadPoolExecutor(clients) as pool:
         results = list(pool.map(run, range(clients)))
-    done = sum(one for one, _ in results)
-    return done / (time.monotonic() - started), sum(wrong for _, wrong in results)
+    rate = sum(done for done, _, _ in results) / (time.monotonic() - started)
+    return rate, sum(failed for _, failed, _ in results), [sample for _, _, samples in results for sample in samples]
 
 
-def _ask(client: httpx.Client, png: bytes, fields: dict[str, Any]) -> int:
+def _ask(client: httpx.Client, png: bytes, fields: dict[str, Any]) -> httpx.Response:
     data = {name: str(value) for name, value in fields.items()} | {"verify": "false"}
-    return client.post("/v1/predictions", files={"surface": ("map.png", png)}, data=data).status_code
+    return client.post("/v1/predictions", files={"surface": ("map.png", png)}, data=data)
+
+
+def _area(surrogate: Surrogate, load: float) -> float:
+    """Contact area in mm^2 as this process predicts it."""
+    png, fields = midpoint_upload(128, 30.0)
+    form = PredictionFields.parse(fields | {"load_n": load})
+    problem = read_problem(Files(png), form, load).problem
+    return float(surrogate.predict(problem).contact_mask.sum()) * problem.pixel_area * 1e6
 
 
 def _lags(client: httpx.Client) -> str:
