@@ -55,7 +55,8 @@ def main() -> None:
         lags = _lags(client)
         print(
             f"\n{CROWD} clients for {seconds:g} s: {rate:.1f} answers a second, other than 200: {failed}; wrong: {wrong} "
-            f"of {len(samples)}; memory of the service and all its processes {memory_gib(pid):.2f} GiB; lag of the event loop: {lags}"
+            f"of {len(samples)}; memory of the service and all its processes {memory_gib(pid):.2f} GiB; "
+            f"lag of the event loop: {lags}"
         )
 
 
