@@ -31,6 +31,7 @@ class Batching:
     def __init__(self, compute: Compute) -> None:
         self._compute = compute
         self._processes = self._free = compute.settings.compute_processes
+        self._running: set[asyncio.Task[None]] = set()
         self._groups: dict[Hashable, list[Waiting]] = {}
 
     async def predict(self, item: Item) -> PredictionAnswer:
@@ -57,7 +58,9 @@ class Batching:
             if group[count:]:
                 self._groups[key] = group[count:]
             self._free -= 1
-            asyncio.create_task(self._run(group[:count]))  # noqa: RUF006 (its futures are awaited)
+            task = asyncio.create_task(self._run(group[:count]))
+            self._running.add(task)
+            task.add_done_callback(self._running.discard)
 
     async def _run(self, batch: list[Waiting]) -> None:
         try:

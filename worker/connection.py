@@ -36,13 +36,13 @@ def client(settings: Settings, retry: Retry = ONCE_MORE) -> Redis:
     return Redis(unix_socket_path=str(socket_path(settings.state_path)), retry=retry)
 
 
-def connect(settings: Settings, retry: Retry = ONCE_MORE) -> Redis:
+def connect(settings: Settings) -> Redis:
     """A client that has got an answer to a ping.
 
     Raises:
         QueueUnavailableError: nothing answers there.
     """
-    connection = client(settings, retry)
+    connection = client(settings)
     try:
         connection.ping()
     except RedisError as error:

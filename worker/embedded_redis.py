@@ -25,6 +25,7 @@ LONGEST_SOCKET_PATH = 100
 START_TIMEOUT_S = 30.0
 STOP_TIMEOUT_S = 10.0
 LOOK_EVERY_S = 0.2
+RESTART_AFTER_S = 0.5
 
 logger = logging.getLogger(__name__)
 
@@ -89,6 +90,7 @@ class EmbeddedRedis:
         while not self._stopping.wait(LOOK_EVERY_S):
             if self._process is not None and self._process.poll() is not None:
                 logger.error("The embedded Redis ended (%s); it is started again.", self._process.returncode)
+                self._stopping.wait(RESTART_AFTER_S)
                 try:
                     self._process = self._start()
                 except (OSError, subprocess.SubprocessError):  # no memory or no process to be had now

@@ -15,7 +15,7 @@ from rq.serializers import JSONSerializer
 
 from solver.operators import prepare_multilevel
 from worker import verification  # noqa: F401 (imported here, before the forks, so that no job waits for it)
-from worker.connection import PATIENTLY, connect
+from worker.connection import PATIENTLY, client, connect
 from worker.ending import end, fail_for_good
 from worker.job_queue import SHARDS, VERIFICATIONS, WEBHOOKS, JobQueue
 from worker.lifetime import die_with_parent
@@ -84,6 +84,6 @@ def run_worker(settings: Settings) -> None:
     log_as_json()
     os.nice(NICE)  # whoever waits for a prediction on the same machine comes first
     logging.getLogger("rq.worker").addFilter(lambda record: "cleaning registries" not in record.getMessage())
-    connection = connect(settings, PATIENTLY)
+    connect(settings)
     prepare_multilevel()
-    VerificationWorker(connection).work(logging_level="INFO")
+    VerificationWorker(client(settings, PATIENTLY)).work(logging_level="INFO")
