@@ -4,7 +4,7 @@ from hashlib import sha256
 from secrets import token_urlsafe
 from typing import Literal
 
-from pydantic import BaseModel, Field, PositiveInt
+from pydantic import BaseModel, Field, PositiveInt, field_serializer
 
 Scope = Literal["read", "write"]
 """``read`` is to look at what is there, ``write`` to have something computed, queued or canceled."""
@@ -17,6 +17,10 @@ class ApiKey(BaseModel):
     sha256: str = Field(pattern="^[0-9a-f]{64}$")
     scopes: set[Scope] = {"read", "write"}
     requests_per_minute: PositiveInt | None = None
+
+    @field_serializer("scopes")
+    def _in_order(self, scopes: set[Scope]) -> list[Scope]:
+        return sorted(scopes)
 
 
 def new_key(name: str) -> tuple[str, ApiKey]:

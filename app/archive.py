@@ -8,8 +8,11 @@ from app.errors import ArchiveError
 
 MOST_MEMBERS = 500
 
-END_OF_DIRECTORY, LONGEST_END = b"PK\x05\x06", 22 + 2**16
+END, END_BYTES, LONGEST_REMARK = b"PK\x05\x06", 22, 2**16
 """Where a zip file says how many bytes its list of files has."""
+
+LOCATOR_64 = b"PK\x06\x07"
+"""20 bytes before that in files whose list may be longer, or elsewhere."""
 
 LONGEST_DIRECTORY = MOST_MEMBERS * 500
 """Bytes, with names and remarks of a few hundred each."""
@@ -62,8 +65,11 @@ def _check_directory(data: bytes) -> None:
     Raises:
         ArchiveError: the list is longer than that of as many files as there may be.
     """
-    end = data.rfind(END_OF_DIRECTORY, -LONGEST_END)
-    if end >= 0 and len(data) >= end + 16 and int.from_bytes(data[end + 12 : end + 16], "little") > LONGEST_DIRECTORY:
+    # Where the reader looks first: at the very end, without a remark.
+    plain = data[-END_BYTES:].startswith(END) and data.endswith(b"\0\0")
+    end = len(data) - END_BYTES if plain else data.rfind(END, -END_BYTES - LONGEST_REMARK)
+    length = int.from_bytes(data[end + 12 : end + 16], "little")
+    if end >= 0 and (length > LONGEST_DIRECTORY or data[max(end - 20, 0) : max(end - 16, 0)] == LOCATOR_64):
         raise ArchiveError(f"The archive holds too many files; it may hold 1 to {MOST_MEMBERS}.")
 
 

@@ -5,11 +5,11 @@ Nothing waits for others to come: what has gathered while the processes were bus
 
 import asyncio
 from collections.abc import Hashable
+from concurrent.futures.process import BrokenProcessPool
 from math import ceil
 
 from app.compute import Compute
 from app.computing import Item, computed_predictions
-from app.errors import ComputeError
 from app.schemas import PredictionAnswer
 
 MOST = 8
@@ -42,7 +42,7 @@ class Batching:
         """
         answer: asyncio.Future[PredictionAnswer] = asyncio.get_running_loop().create_future()
         shape = item.maps.shape
-        alone = shape is None or shape[0] * shape[1] > LARGEST_PIXELS
+        alone = shape is None or shape[0] * shape[1] > LARGEST_PIXELS or item.form.resample_um is not None
         key = item.prediction_id if alone else (shape, item.form.accuracy)
         with self._compute.admitted():
             self._groups.setdefault(key, []).append((item, answer))
@@ -71,14 +71,13 @@ class Batching:
 
     async def _answer(self, batch: list[Waiting]) -> None:
         """Compute a batch, one by one if it killed its process, and tell each what became of it."""
+        ask = self._compute.submit if len(batch) == 1 else self._compute.once
         try:
-            outcomes = await self._compute.submit(computed_predictions, [item for item, _ in batch])
-        except ComputeError as error:
-            if len(batch) > 1:
-                for one in batch:
-                    await self._answer([one])
-                return
-            outcomes = [error]
+            outcomes = await ask(computed_predictions, [item for item, _ in batch])
+        except BrokenProcessPool:
+            for one in batch:
+                await self._answer([one])
+            return
         except Exception as error:  # noqa: BLE001 (raised again to whoever waits)
             outcomes = [error] * len(batch)
         for (_, answer), outcome in zip(batch, outcomes, strict=True):

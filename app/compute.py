@@ -6,7 +6,7 @@ import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing import get_context
 from typing import Any, TypeVar
 
@@ -114,15 +114,25 @@ class Compute:
     async def submit(self, task: Callable[..., Result], *arguments: object) -> Result:
         """As :meth:`run`, for requests that were admitted before."""
         for _ in range(2):
-            pool = self._pool
-            if pool is None:
-                raise ComputeError("The service has not started yet.")
-            try:
-                return await asyncio.wrap_future(pool.submit(_call, request_id.get(), carrier(), task, arguments))
-            except BrokenProcessPool:
-                if self._pool is pool:  # nobody else has replaced it yet
-                    self._start()
+            with suppress(BrokenProcessPool):
+                return await self.once(task, *arguments)
         raise ComputeError("The process that computed this died twice, perhaps for want of memory.")
+
+    async def once(self, task: Callable[..., Result], *arguments: object) -> Result:
+        """As :meth:`submit`, not tried again.
+
+        Raises:
+            BrokenProcessPool: the process died; there are new ones.
+        """
+        pool = self._pool
+        if pool is None:
+            raise ComputeError("The service has not started yet.")
+        try:
+            return await asyncio.wrap_future(pool.submit(_call, request_id.get(), carrier(), task, arguments))
+        except BrokenProcessPool:
+            if self._pool is pool:  # nobody else has replaced it yet
+                self._start()
+            raise
 
     def _start(self) -> None:
         self._pool = ProcessPoolExecutor(

@@ -59,12 +59,13 @@ def computed_predictions(computer: Computer, items: Sequence[Item]) -> list[Pred
     readings = [_tried(_read, item) for item in items]
     kinds: dict[tuple[object, ...], list[_Read]] = {}
     for one in readings:
-        if isinstance(one, _Read) and computer.surrogate.begins_with_network(*one.question):
+        if isinstance(one, _Read) and _tried(computer.surrogate.begins_with_network, *one.question) is True:
             kinds.setdefault(one.kind, []).append(one)
     estimates: dict[_Read, Prediction] = {}
     for asked in kinds.values():
         if len(asked) > 1:
-            estimates |= zip(asked, computer.surrogate.estimate_batch([one.reading.problem for one in asked]), strict=True)
+            found = _tried(computer.surrogate.estimate_batch, [one.reading.problem for one in asked])
+            estimates |= {} if isinstance(found, Exception) else dict(zip(asked, found, strict=True))
     return [
         one if isinstance(one, Exception) else _tried(_computed, computer, item, one, estimates.get(one))
         for item, one in zip(items, readings, strict=True)

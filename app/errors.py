@@ -45,6 +45,15 @@ class InvalidSettingsError(AsperityError):
     http_status = 422
 
 
+class InternalError(AsperityError):
+    """A failure of the service itself; its log says why."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "The service failed on this request; its log says why. Nothing is wrong with the request as far as it knows."
+        )
+
+
 class MalformedRequestError(AsperityError):
     """A request whose body is not what its headers say, such as a multipart form without its end."""
 

@@ -1,6 +1,7 @@
 """The fields of a contact problem as people give them, with the unit in the name; shared by HTTP and command line."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from difflib import get_close_matches
 from typing import Annotated, Any, Self, cast
 
 from pydantic import (
@@ -180,5 +181,14 @@ def _field_error(error: Mapping[str, Any], forms: Sequence[type[BaseModel]]) -> 
             return FieldError(field, "out-of-range", f"{field} is {value}; it must lie in (-1, 0.5]: the {wanted}.")
         case "float_parsing" | "float_type":
             return FieldError(field, "not-a-number", f"{field} is {value!r}; it must be a number: the {wanted}.")
+        case "extra_forbidden":
+            known = sorted({name for form in forms for name in form.model_fields})
+            similar = get_close_matches(field, known, 1)
+            advice = f"did you mean {similar[0]}?" if similar else f"it takes {', '.join(known)}."
+            return FieldError(field, "unknown", f"{field} is no field of this form; {advice}")
+        case "literal_error":
+            return FieldError(field, "invalid", f"{field} is {value!r}; it must be {error['ctx']['expected']}.")
+        case "greater_than_equal" | "less_than_equal" | "int_parsing":
+            return FieldError(field, "invalid", f"{field} is {value!r}; {error['msg'].lower()}: the {wanted}.")
         case _:
             return FieldError(field, "invalid", f"{field} is {value!r}; give the {wanted}.")

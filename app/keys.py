@@ -1,5 +1,7 @@
 """The gate: who may do what, and how often; asked before anything of a body is read."""
 
+import time
+
 from anyio import to_thread
 from fastapi.security import HTTPBearer
 from limits import RateLimitItemPerMinute
@@ -20,6 +22,10 @@ from worker.connection import client
 GUARDED = "/v1/"
 BEARER = "bearer "
 
+REDIS_TIMEOUT_S = 0.5
+REDIS_PAUSE_S = 10.0
+"""For which a Redis that did not answer is not asked again."""
+
 bearer = HTTPBearer(auto_error=False, description="API key, where the service requires one")
 """For the documentation."""
 
@@ -38,7 +44,8 @@ class Gate:
         self.app = app
         self.keys = {key.sha256: key for key in settings.api_keys}
         self.requests_per_minute = settings.requests_per_minute
-        shared = RedisStorage("redis://", connection_pool=client(settings).connection_pool)
+        shared = RedisStorage("redis://", connection_pool=client(settings, timeout_s=REDIS_TIMEOUT_S).connection_pool)
+        self._shared_again_at = 0.0
         self._limiters = [MovingWindowRateLimiter(storage) for storage in (shared, MemoryStorage())]
 
     async def __call__(self, scope: Connection, receive: Receive, send: Send) -> None:
@@ -86,7 +93,9 @@ class Gate:
 
     def _hit(self, limit: RateLimitItemPerMinute, client_id: str) -> bool:
         shared, own = self._limiters
-        try:
-            return shared.hit(limit, client_id)
-        except RedisError:
-            return own.hit(limit, client_id)
+        if time.monotonic() >= self._shared_again_at:
+            try:
+                return shared.hit(limit, client_id)
+            except RedisError:
+                self._shared_again_at = time.monotonic() + REDIS_PAUSE_S
+        return own.hit(limit, client_id)

@@ -22,6 +22,7 @@ from app.routes import batches, health, jobs, models, pages, predictions, proble
 from app.routes.problem_groups import GATE
 from app.service import Service
 from app.settings import Settings
+from worker.connection import client
 
 SWITCH_INTERVAL_S = 0.0005
 """After which a thread lets the event loop on, ten times sooner than usual."""
@@ -30,6 +31,7 @@ SWITCH_INTERVAL_S = 0.0005
 def create_app(settings: Settings) -> FastAPI:
     """The application; the queue must be reachable with these settings for verifications, not for predictions."""
 
+    client(settings)  # one that cannot be made is refused before the start
     service = Service(settings)
 
     @asynccontextmanager

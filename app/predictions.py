@@ -1,20 +1,19 @@
 """Predictions: computed once, stored, verified, and read again."""
 
-import asyncio
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Awaitable
 
 from pydantic import BaseModel
 
 from app.archive import Archive
 from app.computing import MASK, PREDICTION, Item, bare, delivered
 from app.content import content_id
-from app.errors import IdempotencyKeyReusedError
+from app.errors import BusyError, IdempotencyKeyReusedError, InternalError
 from app.fields import FieldName, bundle, picture
 from app.intake import MEBIBYTE
 from app.job_link import job_link
 from app.problem import Problem
-from app.problems import problem_of
+from app.problems import RETRY_AFTER_SECONDS, problem_of
 from app.reading import Files, Maps, read_problem
 from app.requests import BatchForm, PredictionFields
 from app.schemas import BatchItem, Page, Pending, PredictionAnswer
@@ -36,8 +35,8 @@ class Begun(BaseModel):
     """What is known of a prediction that was asked for and may not be there.
 
     Attributes:
-        until: when it counts as lost, in seconds since 1970.
-        problem: why there is none.
+        until: when this is forgotten, in seconds since 1970.
+        problem: why there is none; None while it is computed.
     """
 
     until: float
@@ -70,42 +69,53 @@ class Predictions:
         prediction_id, known = await service.in_thread(self._known, files, fields, key)
         if known is not None:
             return known, True
-        maps = await service.in_thread(Maps.of, files, service.sandbox.decode)
-        answer = await service.batching.predict(Item(prediction_id, maps, fields, request_id.get(), carrier()))
-        service.metrics.predicted(answer)
-        return answer, False
+        return await self._compute(prediction_id, files, fields), False
 
     async def begin(
         self, files: Files, form: PredictionFields, key: str | None
-    ) -> tuple[Pending, asyncio.Task[tuple[PredictionAnswer, bool]]]:
-        """As :meth:`predict`, without waiting for it.
+    ) -> tuple[Pending, Awaitable[tuple[PredictionAnswer, bool]]]:
+        """As :meth:`predict`, without waiting for what is to be computed.
 
         Returns:
             Where its outcome will be, and what computes it.
 
         Raises:
-            StoreUnavailableError, WeightsError: it cannot be begun.
+            AsperityError: it cannot be begun.
         """
-        fields = bare(form)
-        prediction_id = await self.service.in_thread(content_id, files, fields, self.service.version)
+        service, fields = self.service, bare(form)
+        if service.in_background >= service.settings.requests_waiting:
+            raise BusyError(f"{service.in_background} requests are computed in the background; try again later.")
+        prediction_id, known = await service.in_thread(self._known, files, fields, key)
         pending = Pending(id=prediction_id, url=f"/v1/predictions/{prediction_id}")
-        begun = Begun(until=time.time() + LONGEST_PENDING_S, problem=None)
-        await self.service.in_thread(self._note, prediction_id, begun)
-        return pending, self.service.in_background(self._noted(pending, files, form, key))
+        if known is None and form.verify and form.webhook_url is not None:
+            await service.in_thread(service.queue().check_webhook, form.webhook_url)
+        if known is None:
+            await service.in_thread(self._note, prediction_id, None, LONGEST_PENDING_S)
+        return pending, service.go_on(self._noted(pending, files, fields, known))
 
     async def _noted(
-        self, pending: Pending, files: Files, form: PredictionFields, key: str | None
+        self, pending: Pending, files: Files, fields: PredictionFields, known: PredictionAnswer | None
     ) -> tuple[PredictionAnswer, bool]:
-        """Predict; what goes wrong is kept for whoever asks."""
+        """Compute what is not known; what goes wrong is kept for whoever asks, if only for a while where it may pass."""
+        if known is not None:
+            return known, True
         try:
-            return await self.predict(files, form, key)
-        except AsperityError as error:
-            ended = Begun(until=0.0, problem=problem_of(error, pending.url))
-            await self.service.in_thread(self._note, pending.id, ended)
+            return await self._compute(pending.id, files, fields), False
+        except Exception as error:
+            problem = problem_of(error if isinstance(error, AsperityError) else InternalError(), pending.url)
+            keep_s = RETRY_AFTER_SECONDS if problem.status >= 500 else self.service.settings.retention_s
+            await self.service.in_thread(self._note, pending.id, problem, keep_s)
             raise
 
-    def _note(self, prediction_id: str, begun: Begun) -> None:
+    def _note(self, prediction_id: str, problem: Problem | None, keep_s: float) -> None:
+        begun = Begun(until=time.time() + keep_s, problem=problem)
         self.service.store.put(prediction_id, {BEGUN: begun.model_dump_json().encode()})
+
+    async def _compute(self, prediction_id: str, files: Files, fields: PredictionFields) -> PredictionAnswer:
+        maps = await self.service.in_thread(Maps.of, files, self.service.sandbox.decode)
+        answer = await self.service.batching.predict(Item(prediction_id, maps, fields, request_id.get(), carrier()))
+        self.service.metrics.predicted(answer)
+        return answer
 
     def outcome(self, prediction_id: str) -> PredictionAnswer | Pending | Problem:
         """What has become of a prediction.
@@ -117,11 +127,9 @@ class Predictions:
             return self.read(prediction_id)
         except ResultNotFoundError:
             begun = Begun.model_validate_json(self.service.store.get(prediction_id, BEGUN))
-            if begun.problem is not None:
-                return begun.problem
             if time.time() > begun.until:
                 raise
-            return Pending(id=prediction_id, url=f"/v1/predictions/{prediction_id}")
+            return begun.problem or Pending(id=prediction_id, url=f"/v1/predictions/{prediction_id}")
 
     def _known(self, files: Files, form: PredictionFields, key: str | None) -> tuple[str, PredictionAnswer | None]:
         """Its id, and the answer that is there, verified now if that was not asked for before; None if there is none."""
@@ -132,7 +140,8 @@ class Predictions:
             answer = self.read(prediction_id)
         except ResultNotFoundError:
             return prediction_id, None
-        if form.verify and not (answer.verification and self._lives(answer.verification.job_id)):
+        told = form.webhook_url is not None and key is None  # by a job of its own, for the one that is there tells others
+        if form.verify and (told or not (answer.verification and self._lives(answer.verification.job_id))):
             reading = read_problem(files, form, form.load_n, self.service.sandbox.decode)
             parcel = Parcel(
                 reading.problem, mask_from_png(self.mask(prediction_id)), form.resistivity_ohm_m, model=answer.model
@@ -199,7 +208,11 @@ class Predictions:
         Raises:
             ResultNotFoundError: there is none of that id, or the field was not asked for.
         """
-        return self.service.store.get(prediction_id, f"{name}.npy")
+        try:
+            return self.service.store.get(prediction_id, f"{name}.npy")
+        except ResultNotFoundError as error:
+            self.read(prediction_id)
+            raise ResultNotFoundError(f"The prediction has no {name}; ask for it with outputs={name}.") from error
 
     def field_png(self, prediction_id: str, name: FieldName) -> bytes:
         """The same as a 16-bit PNG file.

@@ -6,11 +6,13 @@ from http import HTTPStatus
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
+from pydantic import BaseModel
 from starlette.exceptions import HTTPException
 
 from app.documentation import Documented
 from app.errors import (
     ArchiveError,
+    InternalError,
     InvalidFormError,
     MalformedRequestError,
     MethodNotAllowedError,
@@ -51,8 +53,13 @@ FIELD_OF: dict[type[AsperityError], str] = {
 }
 """Field of the form that an error of the lower floors concerns."""
 
-FORMS = (PredictionForm, SolveForm, SweepForm, BatchForm)
-"""Forms whose fields have a meaning to tell."""
+FORMS: dict[str, type[BaseModel]] = {
+    "/v1/predictions": PredictionForm,
+    "/v1/solves": SolveForm,
+    "/v1/sweeps": SweepForm,
+    "/v1/batches": BatchForm,
+}
+"""Forms whose fields have a meaning to tell, by their route."""
 
 logger = logging.getLogger(__name__)
 
@@ -85,7 +92,7 @@ def problem_of(error: AsperityError, instance: str) -> Problem:
 
 def problem_response(error: AsperityError, instance: str) -> JSONResponse:
     """The answer to a request that met a typed error."""
-    return _response(problem_of(error, instance))
+    return problem_document(problem_of(error, instance))
 
 
 def _on_asperity_error(request: Request, error: Exception) -> JSONResponse:
@@ -95,7 +102,8 @@ def _on_asperity_error(request: Request, error: Exception) -> JSONResponse:
 
 def _on_validation_error(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)  # noqa: S101 (registered for it)
-    return _on_asperity_error(request, InvalidFormError(field_errors(error.errors(), FORMS)))
+    of_route = [form for path, form in FORMS.items() if request.url.path.startswith(path)]
+    return _on_asperity_error(request, InvalidFormError(field_errors(error.errors(), [*of_route, *FORMS.values()])))
 
 
 def _on_http_exception(request: Request, error: Exception) -> JSONResponse:
@@ -115,25 +123,16 @@ def _on_http_exception(request: Request, error: Exception) -> JSONResponse:
                 headers["Allow"] = methods
         case _:
             known = MalformedRequestError(f"The request cannot be read: {error.detail}.")
-    return _response(problem_of(known, path), headers)
+    return problem_document(problem_of(known, path), headers)
 
 
 def _on_bug(request: Request, error: Exception) -> JSONResponse:
     logger.error("%s %s failed", request.method, request.url.path, exc_info=error)
-    detail = "The service failed on this request; its log says why. Nothing is wrong with the request as far as it knows."
-    return _response(
-        Problem(
-            type=f"/problems/{AsperityError.code}",
-            title=AsperityError.title,
-            status=500,
-            detail=detail,
-            instance=request.url.path,
-            errors=[],
-        )
-    )
+    return problem_response(InternalError(), request.url.path)
 
 
-def _response(problem: Problem, headers: dict[str, str] | None = None) -> JSONResponse:
+def problem_document(problem: Problem, headers: dict[str, str] | None = None) -> JSONResponse:
+    """A problem as an answer, with the headers that go with its status."""
     headers = headers or {}
     if problem.status in (HTTPStatus.SERVICE_UNAVAILABLE, HTTPStatus.TOO_MANY_REQUESTS):
         headers["Retry-After"] = str(RETRY_AFTER_SECONDS)

@@ -18,6 +18,13 @@ class Protocol(HttpToolsProtocol):
         super().connection_made(transport)
         self._wait_for_headers()
 
+    def data_received(self, data: bytes) -> None:
+        """Whatever comes between two requests is no reason to wait longer."""
+        super().data_received(data)
+        between = self.cycle is None or self.cycle.response_complete
+        if between and not self.transport.is_closing() and self._overdue is None and self.timeout_keep_alive_task is None:
+            self._wait_for_headers()
+
     def on_message_begin(self) -> None:
         """Wait for the headers of the next request."""
         super().on_message_begin()

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 from fastapi import UploadFile
-from pydantic import BaseModel, Field, PlainValidator, ValidationInfo, WithJsonSchema, field_validator
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator, ValidationInfo, WithJsonSchema, field_validator
 from pydantic_core import PydanticCustomError
 
 from app.forms import BodiesForm, PositiveFinite, ProblemForm, choose_one, meaning, parse_accuracy
@@ -77,7 +77,9 @@ class JobFields(BaseModel):
 
 
 class FilesForm(BaseModel):
-    """The height maps of a multipart form."""
+    """The height maps of a multipart form, which takes no fields but its own."""
+
+    model_config = ConfigDict(extra="forbid")
 
     surface: UploadFile = Field(description="height map: grey PNG or TIFF (black lowest), NPY, CSV, or an instrument's file")
     surface_2: UploadFile | None = Field(
@@ -108,6 +110,8 @@ class PredictionForm(PredictionFields, FilesForm):
 
 class BatchForm(PredictionFields):
     """Many height maps under one load, of one material, as multipart form."""
+
+    model_config = ConfigDict(extra="forbid")
 
     archive: UploadFile = Field(description="zip file of height maps, each as surface would be")
     verify: bool = Field(False, description="true or false: whether the reference solver checks the predictions")

@@ -93,8 +93,13 @@ class Service:
             measured_error=manifest["validation"],
         )
 
-    def in_background(self, work: Coroutine[None, None, Result]) -> asyncio.Task[Result]:
-        """Go on with something after its request has been answered."""
+    @property
+    def in_background(self) -> int:
+        """Requests that were answered and are gone on with."""
+        return len(self._background)
+
+    def go_on(self, work: Coroutine[None, None, Result]) -> asyncio.Task[Result]:
+        """Go on with a request that may be answered before."""
         task = asyncio.create_task(work)
         self._background.add(task)
         task.add_done_callback(self._forget)

@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 from pydantic import Field, NonNegativeInt, PositiveInt, ValidationError
+from pydantic_settings import SettingsError
 
 from app.api_key import ApiKey
 from app.errors import InvalidSettingsError
@@ -43,6 +44,8 @@ def read_settings() -> Settings:
     """
     try:
         return Settings()
+    except SettingsError as error:
+        raise InvalidSettingsError(f"{error}: it must be JSON; see docs/operations.md.") from error
     except ValidationError as error:
         faults = [f"{_variable(str(fault['loc'][0]))} is {fault['input']!r}: {fault['msg']}." for fault in error.errors()]
         raise InvalidSettingsError(" ".join(faults)) from error

@@ -122,7 +122,7 @@ class Surrogate:
 
     def _plan(self, problem: ContactProblem, target: float) -> list[Method]:
         """Ways to answer that are usually accurate enough, the cheapest first."""
-        if min(problem.shape) < SMALLEST_SIDE or problem.rms_height == 0 or problem.hardness is not None:
+        if min(problem.shape) < SMALLEST_SIDE or problem.rms_slope == 0 or problem.hardness is not None:
             return [SOLVED]
         if self.weights.ways is None:
             return [NETWORK]

@@ -130,13 +130,15 @@ def _passes(
         certificate = certify(xp.reshape(pressure, flat), xp.reshape(separation, flat), load, cap)
         approach = on_processor(certificate.approach)
         residual = on_processor(certificate.residual) + operators.error * np.abs(approach)
-        for i in np.flatnonzero(residual < lowest):
+        lost = ~np.isfinite(residual)  # beyond what numbers can hold: no pass brings it back
+        first = [surface not in best for surface in surfaces]
+        for i in np.flatnonzero((residual < lowest) | first):
             best[surfaces[i]] = Refined(pressure[i], separation[i], float(approach[i]), float(residual[i]))
         near = (pressure > 0) | (separation - certificate.approach[:, None, None] < CANDIDATE_GAP)
         grown = mask | on_processor(near)
         converged, spent = residual <= tolerance, iterations >= allowed.stop
         stalled = (residual > lowest / 2) & (grown == mask).all(axis=(1, 2))
-        ended = converged | spent | stalled
+        ended = converged | spent | stalled | lost
         for i in np.flatnonzero(ended):
             result = best[surfaces[i]]
             result.iterations = int(iterations[i])
@@ -161,7 +163,7 @@ def _passes(
             operators.exact() if precise else operators.inner(mask),
             full_contact_filter(operators.boundary, operators.shape, operators.pixel_size) if full else None,
         )
-        first = int(iterations.max())
+        before = int(iterations.max())
         values, taken = descend(
             candidates,
             candidates.gather(pressure, 0.0),
@@ -169,7 +171,7 @@ def _passes(
             load,
             cap,
             INNER_SHARE * tolerance,
-            range(first + 1, allowed.stop + 1),
+            range(before + 1, allowed.stop + 1),
             on_iteration,
         )
         pressure = candidates.scatter(balanced(values, load, cap))

@@ -12,7 +12,8 @@ from worker.embedded_redis import socket_path
 from worker.errors import QueueUnavailableError
 from worker.settings import Settings
 
-CONNECT_TIMEOUT_S = 5
+TIMEOUT_S = 10.0
+"""After which a Redis that says nothing counts as lost."""
 
 
 ONCE_MORE = Retry(NoBackoff(), 1)
@@ -22,7 +23,7 @@ PATIENTLY = Retry(ExponentialBackoff(cap=1.0, base=0.02), 60)
 """For about a minute: a Redis that restarts costs a worker nothing but time."""
 
 
-def client(settings: Settings, retry: Retry = ONCE_MORE) -> Redis:
+def client(settings: Settings, retry: Retry = ONCE_MORE, timeout_s: float = TIMEOUT_S) -> Redis:
     """A client of ``REDIS_URL``, else of the embedded server of the state directory; it connects when it is first used.
 
     Raises:
@@ -30,10 +31,12 @@ def client(settings: Settings, retry: Retry = ONCE_MORE) -> Redis:
     """
     if settings.redis_url:
         try:
-            return Redis.from_url(settings.redis_url, socket_connect_timeout=CONNECT_TIMEOUT_S, retry=retry)
+            return Redis.from_url(
+                settings.redis_url, socket_connect_timeout=timeout_s, socket_timeout=timeout_s, retry=retry
+            )
         except ValueError as error:
             raise QueueUnavailableError(f"REDIS_URL cannot be used: {error}") from error
-    return Redis(unix_socket_path=str(socket_path(settings.state_path)), retry=retry)
+    return Redis(unix_socket_path=str(socket_path(settings.state_path)), socket_timeout=timeout_s, retry=retry)
 
 
 def connect(settings: Settings) -> Redis:

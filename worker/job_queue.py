@@ -31,6 +31,9 @@ BELL = "asperity:bell"
 
 RINGS = 64
 LOOK_EVERY_S = 1.0
+SHORTEST_WAIT_S = 0.01
+"""Redis takes less than a millisecond for ever."""
+
 SCHEDULE_EVERY_MS = 500
 """Workers look without a bell too: for jobs that are tried again."""
 
@@ -48,10 +51,16 @@ class Taken(IntermediateQueue):
                 first = self.get_first_seen(job_id)
                 if first is not None and time.time() - first.timestamp() > UNSTARTED_S:
                     with self.connection.pipeline() as pipeline:
-                        pipeline.lrem(self.key, 0, job_id)
-                        pipeline.delete(self.get_first_seen_key(job_id))
+                        self.forget(job_id, pipeline)
+                        pipeline.lrem(queue.key, 0, job_id)  # it may have been tried again since
                         queue.push_job_id(job_id, pipeline=pipeline, at_front=True)
                         pipeline.execute()
+
+    def forget(self, job_id: str, pipeline: Redis | None = None) -> None:
+        """It was started, or put back."""
+        connection = self.connection if pipeline is None else pipeline
+        connection.lrem(self.key, 0, job_id)
+        connection.delete(self.get_first_seen_key(job_id))
 
 
 class JobQueue(Queue):
@@ -118,7 +127,7 @@ class JobQueue(Queue):
             left = deadline - time.monotonic()
             if left <= 0:
                 raise DequeueTimeout(timeout, [queue.key for queue in ours])
-            connection.blpop([BELL], min(left, LOOK_EVERY_S))
+            connection.blpop([BELL], max(SHORTEST_WAIT_S, min(left, LOOK_EVERY_S)))
 
     def acquire_maintenance_lock(self) -> bool:
         """Whether the caller may look for abandoned jobs; RQ's own lock outlives a holder that is killed by 15 minutes."""

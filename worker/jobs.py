@@ -3,7 +3,7 @@
 import time
 from contextlib import suppress
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime
 from typing import Any, Literal, cast
 
 from redis import Redis
@@ -99,7 +99,7 @@ class VerificationQueue:
             QueueUnavailableError: Redis fails.
         """
         if webhook_url is not None:
-            self._check_webhook(webhook_url)
+            self.check_webhook(webhook_url)
         self._refuse_if_too_large(parcel.problem.shape)
         self._refuse_if_full()
         job_id, keep_s = job_id or new_id(), self.settings.retention_s
@@ -205,6 +205,8 @@ class VerificationQueue:
             keys.request_cancel(self.settings.retention_s)
             if self.queue.remove(job_id):
                 job = self._fetch(job_id)
+                job.ended_at = datetime.now(UTC)
+                job.save(include_meta=False)
                 job.set_status(JobStatus.CANCELED)
                 job.cleanup(self.settings.retention_s, remove_from_queue=False)
                 keys.drop_parcel()
@@ -241,7 +243,12 @@ class VerificationQueue:
             raise JobNotFoundError(f"Job {job_id} is {self.state(job_id).status}; {advice}.")
         return data
 
-    def _check_webhook(self, url: str) -> None:
+    def check_webhook(self, url: str) -> None:
+        """Make sure that a webhook may be sent.
+
+        Raises:
+            WebhookError: it may not.
+        """
         if self.settings.webhook_secret is None:
             raise WebhookError("This service sends no webhooks: ASPERITY_WEBHOOK_SECRET is not set. Leave webhook_url out.")
         public_address(url, self.settings.webhook_private)

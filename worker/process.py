@@ -10,7 +10,7 @@ from typing import Any
 
 from redis import Redis
 from rq import Queue, Worker
-from rq.job import Job, JobStatus
+from rq.job import Job
 from rq.serializers import JSONSerializer
 
 from solver.operators import prepare_multilevel
@@ -54,19 +54,18 @@ class VerificationWorker(Worker):
     def prepare_job_execution(self, job: Job, remove_from_intermediate_queue: bool = False) -> None:
         """Besides RQ's own: from now on the job is kept by the registry of those that were started."""
         super().prepare_job_execution(job)
-        self.connection.lrem(JobQueue(self.connection, name=job.origin).taken.key, 0, job.id)
+        JobQueue(self.connection, name=job.origin).taken.forget(job.id)
 
     def handle_job_failure(self, job: Job, *arguments: Any, **named: Any) -> None:
-        """Besides RQ's own: a job that failed for good is counted and announced."""
-        super().handle_job_failure(job, *arguments, **named)
-        if job.origin == VERIFICATIONS and job.get_status(refresh=True) is JobStatus.FAILED:
+        """Before RQ's own: a job that fails for good is counted and announced."""
+        if job.origin == VERIFICATIONS and not job.should_retry:
             end(job, "failed")
+        super().handle_job_failure(job, *arguments, **named)
 
     def main_work_horse(self, job: Job, queue: Queue) -> None:
         """The forked child: it ends with its worker, also if that is killed."""
         die_with_parent(self.process_id)
         request_id.set(job.meta.get("request_id"))
-        send_traces("asperity-worker", at_once=True)
         super().main_work_horse(job, queue)
 
     def perform_job(self, job: Job, queue: Queue) -> bool:
@@ -85,5 +84,6 @@ def run_worker(settings: Settings) -> None:
     os.nice(NICE)  # whoever waits for a prediction on the same machine comes first
     logging.getLogger("rq.worker").addFilter(lambda record: "cleaning registries" not in record.getMessage())
     connect(settings)
+    send_traces("asperity-worker", at_once=True)
     prepare_multilevel()
     VerificationWorker(client(settings, PATIENTLY)).work(logging_level="INFO")

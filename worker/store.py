@@ -125,7 +125,12 @@ class ResultStore:
         if now - self._pruned_at < PRUNE_EVERY_S:
             return
         self._pruned_at = now
+        newest: dict[str, float] = {}
         for path in self.files.glob(f"{self.root}/*/*"):
+            place = path.rsplit("/", 1)[0]
             with suppress(FileNotFoundError):  # another service has just removed it
-                if self.files.modified(path).timestamp() < now - self.retention_s:
-                    self.files.rm(path.rsplit("/", 1)[0], recursive=True)
+                newest[place] = max(newest.get(place, 0.0), self.files.modified(path).timestamp())
+        for place, modified in newest.items():
+            if modified < now - self.retention_s:
+                with suppress(FileNotFoundError):
+                    self.files.rm(place, recursive=True)

@@ -14,6 +14,9 @@ from worker.errors import TracingError
 
 ENDPOINT = "OTEL_EXPORTER_OTLP_ENDPOINT"
 
+AT_ONCE_S = 1.0
+"""Longest that something waits for a collector; what cannot be sent by then is forgotten."""
+
 Carrier = dict[str, str]
 """A place in a trace as text, for another process (W3C Trace Context)."""
 
@@ -41,7 +44,7 @@ def send_traces(service: str, at_once: bool = False) -> None:
         ) from error
     provider = TracerProvider(resource=Resource.create({"service.name": service}))
     processor = SimpleSpanProcessor if at_once else BatchSpanProcessor
-    provider.add_span_processor(processor(OTLPSpanExporter()))
+    provider.add_span_processor(processor(OTLPSpanExporter(timeout=AT_ONCE_S if at_once else None)))
     trace.set_tracer_provider(provider)
 
 

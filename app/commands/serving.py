@@ -36,7 +36,9 @@ def serve() -> None:
         stack.enter_context(WorkerSupervisor(settings, settings.workers))
         log_as_json()
         send_traces("asperity")
-        uvicorn.run(create_app(settings), host=settings.host, port=settings.port, log_config=None, http=Protocol)
+        uvicorn.run(
+            create_app(settings), host=settings.host, port=settings.port, log_config=None, http=Protocol, lifespan="on"
+        )
 
 
 def key(name: Annotated[str, typer.Argument(help="Of the client that will use it.")]) -> None:

@@ -20,7 +20,7 @@ class Health(BaseModel):
     model: str | None = None
 
 
-@router.get("/healthz")
+@router.get("/healthz", response_model_exclude_none=True)
 async def healthz() -> Health:
     """Whether the process lives."""
     return Health(status="ok")

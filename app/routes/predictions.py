@@ -9,7 +9,8 @@ from fastapi.responses import JSONResponse
 from app.documentation import NETCDF, NPY, PNG, Responses, file, link, problems
 from app.errors import IdempotencyKeyReusedError, InvalidFormError
 from app.fields import FieldName
-from app.problem import MEDIA_TYPE, Problem
+from app.problem import Problem
+from app.problems import problem_document
 from app.requests import PredictionForm
 from app.routes.dependencies import (
     Before,
@@ -65,7 +66,7 @@ async def make_prediction(
     files = await form.files()
     if preference.respond_async:
         pending, computing = await predictions.begin(files, form, idempotency_key)
-        if not (await asyncio.wait({computing}, timeout=preference.wait_s))[0]:
+        if not (await asyncio.wait({asyncio.ensure_future(computing)}, timeout=preference.wait_s))[0]:
             return _accepted(pending)
         answer, known = await computing
     else:
@@ -93,7 +94,7 @@ def read_prediction(prediction_id: str, predictions: PredictionsDependency) -> P
         case Pending() as pending:
             return _accepted(pending)
         case Problem() as problem:
-            return JSONResponse(problem.model_dump(), problem.status, media_type=MEDIA_TYPE)
+            return problem_document(problem)
         case PredictionAnswer() as answer:
             return answer
 

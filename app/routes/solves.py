@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Form
+from fastapi import APIRouter, Form, Response
 
 from app.documentation import Responses, link, problems
 from app.errors import IdempotencyKeyReusedError
@@ -29,11 +29,13 @@ router = APIRouter(prefix="/v1/solves", tags=["solves"])
 async def queue_solve(
     form: Annotated[SolveForm, Form(media_type="multipart/form-data")],
     jobs: JobsDependency,
+    response: Response,
     preference: PreferenceDependency,
     idempotency_key: IdempotencyKey = None,
 ) -> SolveAnswer:
     """Queue a reference solve; its job says where it stands, and in the end holds the solution."""
     answer = await jobs.solve(await form.files(), form, idempotency_key)
+    response.headers["Location"] = answer.job.url
     if preference.wait_s:
         answer.job = await jobs.waited(answer.job, preference.wait_s)
     return answer

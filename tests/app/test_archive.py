@@ -52,3 +52,20 @@ def bomb_with_a_lie() -> bytes:
 def test_refusals(data: bytes, words: str) -> None:
     with pytest.raises(ArchiveError, match=words):
         read(data, 10**6)
+
+
+@pytest.mark.parametrize("trick", ["plainly", "offset", "remark", "zip64"])
+def test_a_list_of_very_many_files_is_not_read(trick: str) -> None:
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w") as archive:
+        for number in range(20_000):
+            archive.writestr(str(number), b"")
+        archive.comment = b"a remark" if trick == "remark" else b""
+    data = bytearray(file.getvalue())
+    if trick == "offset":
+        data[-6:-2] = b"PK\x05\x06"
+    if trick == "zip64":
+        data[-10:-6] = (1000).to_bytes(4, "little")
+        data[-22:-22] = b"PK\x06\x07" + bytes(16)
+    with pytest.raises(ArchiveError, match="too many files"):
+        Archive(bytes(data), 1000)

@@ -29,3 +29,9 @@ def test_every_setting_is_documented() -> None:
         variable = str(field.validation_alias or f"ASPERITY_{name.upper()}")
         assert f"`{variable}`" in document, variable
         assert field.description
+
+
+def test_keys_that_are_no_json_are_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ASPERITY_API_KEYS", "alice")
+    with pytest.raises(InvalidSettingsError, match=r"api_keys.*must be JSON"):
+        read_settings()

@@ -63,3 +63,11 @@ def test_a_free_flat_is_a_square_punch() -> None:
     problem = ContactProblem(**USUAL | {"heights": np.zeros((SIZE, SIZE))})
     stiffness = problem.load / (PAPER_MODULUS * 1e-3 * solve(problem).approach)
     assert stiffness == pytest.approx(SQUARE_PUNCH_STIFFNESS, rel=0.02)
+
+
+@pytest.mark.timeout(30)
+@pytest.mark.parametrize("size", [32, 128])
+def test_what_no_number_can_hold_ends_and_says_so(size: int) -> None:
+    heights = np.random.default_rng(1).random((size, size)) * 1e-156
+    solution = solve(ContactProblem(heights, (1e14, 1e14), 1e30, PAPER_MODULUS))
+    assert not solution.converged

@@ -33,6 +33,12 @@ def test_a_setting_that_cannot_be_used_is_bad_input() -> None:
     assert "ASPERITY_PORT" in done.stderr
 
 
+def test_a_redis_that_cannot_be_meant_is_refused_at_the_start(tmp_path: Path) -> None:
+    done = run("serve", REDIS_URL="localhost:6379", ASPERITY_STATE_DIR=str(tmp_path), ASPERITY_WORKERS="0")
+    assert done.returncode == 1
+    assert "REDIS_URL" in done.stderr
+
+
 @pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
 def test_serve_ends_with_all_its_processes(tmp_path: Path, signum: signal.Signals) -> None:
     port = free_port()

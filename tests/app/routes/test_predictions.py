@@ -151,6 +151,21 @@ def test_who_did_not_wait_is_told_what_was_wrong(client: httpx.Client) -> None:
     assert {"type": answer.json()["type"], "detail": answer.json()["detail"]}.items() <= at_once.json().items()
 
 
+def test_a_field_that_is_unknown_is_refused(predict: Predict) -> None:
+    response = predict(bonudary="periodic")
+    assert response.status_code == 422
+    (error,) = response.json()["errors"]
+    assert (error["field"], error["code"]) == ("bonudary", "unknown")
+    assert "did you mean boundary?" in error["detail"]
+
+
+def test_what_was_not_asked_for_is_said_to_be_so(predict: Predict, client: httpx.Client) -> None:
+    answer = predict(load_n="23.5").json()
+    response = client.get(f"/v1/predictions/{answer['id']}/pressure.npy")
+    assert response.status_code == 404
+    assert "outputs=pressure" in response.json()["detail"]
+
+
 def test_predictions_are_listed_newest_first_by_pages(predict: Predict, client: httpx.Client) -> None:
     ids = [predict(load_n=load).json()["id"] for load in ("31.5", "32.5", "33.5")]
     first = client.get("/v1/predictions", params={"limit": 2}).json()
