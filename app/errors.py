@@ -109,6 +109,10 @@ class RateLimitedError(AsperityError):
     title = "Too many requests"
     http_status = 429
 
+    def __init__(self, most: int, retry_after_s: int) -> None:
+        super().__init__(f"More than {most} requests within a minute; wait {retry_after_s} s, and try again.")
+        self.retry_after_s = retry_after_s
+
 
 class BusyError(AsperityError):
     """More requests wait to be computed than may wait."""

@@ -1,5 +1,6 @@
 """The gate: who may do what, and how often; asked before anything of a body is read."""
 
+import math
 import time
 
 from anyio import to_thread
@@ -88,14 +89,19 @@ class Gate:
         Raises:
             RateLimitedError: more than so many within a minute.
         """
-        if not self._hit(RateLimitItemPerMinute(most), client_id):
-            raise RateLimitedError(f"More than {most} requests within a minute; wait, and try again.")
-
-    def _hit(self, limit: RateLimitItemPerMinute, client_id: str) -> bool:
         shared, own = self._limiters
         if time.monotonic() >= self._shared_again_at:
             try:
-                return shared.hit(limit, client_id)
+                _hit(shared, most, client_id)
             except RedisError:
                 self._shared_again_at = time.monotonic() + REDIS_PAUSE_S
-        return own.hit(limit, client_id)
+            else:
+                return
+        _hit(own, most, client_id)
+
+
+def _hit(limiter: MovingWindowRateLimiter, most: int, client_id: str) -> None:
+    limit = RateLimitItemPerMinute(most)
+    if not limiter.hit(limit, client_id):
+        free_again_at = limiter.get_window_stats(limit, client_id).reset_time
+        raise RateLimitedError(most, max(1, math.ceil(free_again_at - time.time())))

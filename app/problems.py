@@ -17,6 +17,7 @@ from app.errors import (
     MalformedRequestError,
     MethodNotAllowedError,
     NotFoundError,
+    RateLimitedError,
     UploadError,
 )
 from app.forms import field_errors
@@ -92,7 +93,8 @@ def problem_of(error: AsperityError, instance: str) -> Problem:
 
 def problem_response(error: AsperityError, instance: str) -> JSONResponse:
     """The answer to a request that met a typed error."""
-    return problem_document(problem_of(error, instance))
+    headers = {"Retry-After": str(error.retry_after_s)} if isinstance(error, RateLimitedError) else None
+    return problem_document(problem_of(error, instance), headers)
 
 
 def _on_asperity_error(request: Request, error: Exception) -> JSONResponse:
@@ -134,7 +136,7 @@ def _on_bug(request: Request, error: Exception) -> JSONResponse:
 def problem_document(problem: Problem, headers: dict[str, str] | None = None) -> JSONResponse:
     """A problem as an answer, with the headers that go with its status."""
     headers = headers or {}
-    if problem.status in (HTTPStatus.SERVICE_UNAVAILABLE, HTTPStatus.TOO_MANY_REQUESTS):
+    if problem.status == HTTPStatus.SERVICE_UNAVAILABLE:
         headers["Retry-After"] = str(RETRY_AFTER_SECONDS)
     if problem.status in UNREAD:
         headers["Connection"] = "close"

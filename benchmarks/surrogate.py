@@ -71,7 +71,8 @@ def main() -> None:
 
 
 def _stopped(problem: ContactProblem, tolerance: float) -> BoolArray:
-    return active(problem, solve(problem, tolerance=tolerance).checked())
+    solution = solve(problem, tolerance=tolerance).checked()
+    return active(problem, solution.pressure, solution.gap)
 
 
 def _timed(work: Callable[[Any], Any], argument: Any) -> tuple[Any, float]:

@@ -12,7 +12,7 @@ from time import perf_counter
 import numpy as np
 from tqdm import tqdm
 
-from model.calibration import COVERED, QUANTITIES, ErrorBar, calibrated
+from model.calibration import COVERED, QUANTITIES, Calibration, ErrorBar, calibrated
 from model.dataset import DatasetConfig, build, draw, read_pairs
 from model.features import log_load
 from model.figures import draw_figures
@@ -81,6 +81,7 @@ def evaluate(
 def measure(surrogate: Surrogate) -> Ways:
     """Cost and error of every way to answer, on surfaces that are in no other set: midpoint, varied and smooth ones."""
     measured: list[Measured] = []
+    alone: list[Outcome] = []
     stopped: list[Outcome] = []
     for size, load in tqdm(list(product(MEASURED_SIZES, MEASURED_LOADS_N)), desc="ways to answer"):
         problems = _measured_problems(size, load)
@@ -95,11 +96,17 @@ def measure(surrogate: Surrogate) -> Ways:
             }
             milliseconds = float(np.median([outcome.milliseconds for outcome in outcomes]))
             measured.append(Measured(method, size**2, log_load(problems[0]), milliseconds, errors))
-            if method not in (NETWORK, SOLVED):
+            if method == NETWORK:
+                alone += outcomes
+            elif method != SOLVED:
                 stopped += outcomes
-    by_quantity = zip(*(outcome.errors for outcome in stopped), strict=True)
+    return Ways(tuple(measured), _calibration(alone), _calibration(stopped))
+
+
+def _calibration(outcomes: list[Outcome]) -> Calibration:
+    by_quantity = zip(*(outcome.errors for outcome in outcomes), strict=True)
     wrong_by = dict(zip(QUANTITIES, by_quantity, strict=True))
-    return Ways(tuple(measured), calibrated([outcome.prediction.evidence for outcome in stopped], wrong_by))
+    return calibrated([outcome.prediction.evidence for outcome in outcomes], wrong_by)
 
 
 def _measured_problems(size: int, load: float) -> list[ContactProblem]:

@@ -1,10 +1,9 @@
-"""Contact masks: from the network's probabilities, with how much it doubts them, and from solves that stop early."""
+"""Contact masks: from the network's probabilities, with how much it doubts them, and from a pressure and its gap."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.problem import BoolArray, ContactProblem
-from solver.solution import Solution
+from solver.problem import BoolArray, ContactProblem, FloatArray
 
 
 def decide(probability: NDArray[np.float32]) -> BoolArray:
@@ -19,13 +18,13 @@ def doubt(probability: NDArray[np.float32], mask: BoolArray) -> float:
     return 1 - 2 * overlap / (float(probability.sum(dtype=np.float64)) + int(np.count_nonzero(mask)))
 
 
-def active(problem: ContactProblem, solution: Solution) -> BoolArray:
-    """Where the bodies will touch, as a solution that is not there yet tells it.
+def active(problem: ContactProblem, pressure: FloatArray, gap: FloatArray) -> BoolArray:
+    """Where the bodies will touch, as a pressure that is not yet the solution and its gap tell it.
 
     Pressure above zero alone finds too much contact, because pixels leave it late. The primal-dual active set strategy
     (Hintermueller, Ito, Kunisch 2002, doi:10.1137/S1052623401383558) asks for more pressure than the gap takes away, at the
     stiffness E* / s of a pixel, s = sqrt(dx dy). At the exact solution the two are the same.
     """
     stiffness = problem.effective_modulus / np.sqrt(problem.pixel_area)
-    mask: BoolArray = solution.pressure > stiffness * solution.gap
+    mask: BoolArray = pressure > stiffness * gap
     return mask

@@ -85,11 +85,13 @@ class Ways:
 
     Attributes:
         measured: cost and error by size and load, to choose by.
-        calibration: of the error of a single answer, for all methods whose solver stops early.
+        network: calibration of the error of a single answer of the network alone.
+        stopped: the same of all methods whose solver stops early.
     """
 
     measured: tuple[Measured, ...]
-    calibration: Calibration
+    network: Calibration
+    stopped: Calibration
 
 
 @dataclass(frozen=True)
@@ -161,7 +163,7 @@ def _expected(method: Method, pixels: int, log_load: float, measured: Sequence[M
 def stored(ways: Ways) -> str:
     """As JSON, a measurement a line."""
     lines = ",\n".join(json.dumps(asdict(one)) for one in ways.measured)
-    return f'{{"measured": [\n{lines}\n],\n"calibration": {json.dumps(ways.calibration)}}}\n'
+    return f'{{"measured": [\n{lines}\n],\n"network": {json.dumps(ways.network)},\n"stopped": {json.dumps(ways.stopped)}}}\n'
 
 
 def restored(text: str) -> Ways:
@@ -177,4 +179,4 @@ def restored(text: str) -> Ways:
         )
         for one in content["measured"]
     )
-    return Ways(measured, content["calibration"])
+    return Ways(measured, content["network"], content["stopped"])

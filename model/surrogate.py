@@ -11,15 +11,15 @@ from time import perf_counter
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn import functional
 
-from model.calibration import ErrorBar, Evidence, error_bars
+from model.calibration import Evidence, error_bars
+from model.contact import Contact
 from model.domain import outside, statistics
 from model.engine import Engine
 from model.features import SMALLEST_SIDE, Features, features, log_load, network_input
-from model.mask import active, decide, doubt
+from model.mask import active, doubt
 from model.methods import NETWORK, SOLVED, Accuracy, Method, choose, target_of
 from model.metrics import dice
 from model.prediction import EXACT, UNKNOWN, ExpectedError, Prediction
@@ -160,10 +160,17 @@ class Surrogate:
         between = perf_counter()
         logits, relative = self._evaluate(given, problems[0].boundary)
         finished = perf_counter()
-        timings_ms = {"features": (between - started) * 1e3, "network": (finished - between) * 1e3}
+        contacts = [Contact.of(*one) for one in zip(problems, logits, relative, strict=True)]
+        disagreements = [contact.disagreement() for contact in contacts]
+        checked = perf_counter()
+        timings_ms = {
+            "features": (between - started) * 1e3,
+            "network": (finished - between) * 1e3,
+            "check": (checked - finished) * 1e3,
+        }
         shared = {stage: milliseconds / len(problems) for stage, milliseconds in timings_ms.items()}
-        found = statistics(given)
-        return [self._prediction(problem, logits[i], relative[i], found[i], shared) for i, problem in enumerate(problems)]
+        every = zip(contacts, disagreements, statistics(given), strict=True)
+        return [self._prediction(contact, disagreement, found, shared) for contact, disagreement, found in every]
 
     def estimate_sweep(self, problem: ContactProblem, loads: Sequence[float]) -> list[Prediction]:
         """What the network alone says of one surface under many loads.
@@ -188,36 +195,34 @@ class Surrogate:
         count = min(len(set(loads)), 1 + int(np.ceil(np.ptp(logs) / np.log(NODES))))
         nodes = np.linspace(logs.min(), logs.max(), count) if count < len(set(loads)) else np.unique(logs)
         started = perf_counter()
-        given = features([replace(problem, load=float(np.exp(node))) for node in nodes])
+        at_nodes = [replace(problem, load=float(np.exp(node))) for node in nodes]
+        given = features(at_nodes)
         logits, relative = self._evaluate(given, problem.boundary)
-        found = statistics(given)
+        contacts = (Contact.of(*one) for one in zip(at_nodes, logits, relative, strict=True))
+        disagreements = torch.tensor([contact.disagreement() for contact in contacts])
+        fields = (logits, relative, disagreements, statistics(given))
         predictions = []
         for one, log in zip(problems, logs, strict=True):
             above = int(np.clip(np.searchsorted(nodes, log), 1, max(len(nodes) - 1, 1)))
             below, above = above - 1, min(above, len(nodes) - 1)
             share = float((log - nodes[below]) / (nodes[above] - nodes[below])) if above > below else 0.0
-            between = [torch.lerp(field[below], field[above], share) for field in (logits, relative, found)]
+            between = [torch.lerp(field[below], field[above], share) for field in fields]
+            contact = Contact.of(one, between[0], between[1])
             timings_ms = {"network": (perf_counter() - started) * 1e3 / len(loads)}
-            predictions.append(self._prediction(one, between[0], between[1], between[2], timings_ms))
+            predictions.append(self._prediction(contact, float(between[2]), between[3], timings_ms))
         return predictions
 
-    def _prediction(
-        self, problem: ContactProblem, logits: Tensor, relative: Tensor, found: Tensor, timings_ms: dict[str, float]
-    ) -> Prediction:
-        """A prediction from what the network says, fields of shape (rows, columns), and the statistics of the problem."""
-        probability: NDArray[np.float32] = torch.sigmoid(logits).numpy()
-        mask = decide(probability)
-        touching = np.maximum(probability[mask] * relative.numpy()[mask], np.finfo(np.float32).tiny).astype(np.float64)
-        pressure = np.zeros(problem.shape)
-        pressure[mask] = touching * (problem.load / problem.pixel_area / touching.sum())
-        evidence = Evidence(doubt(probability, mask), int(np.count_nonzero(mask)), log_load(problem))
+    def _prediction(self, contact: Contact, disagreement: float, found: Tensor, timings_ms: dict[str, float]) -> Prediction:
+        """A prediction from what the network says, and the statistics of the problem."""
+        own = doubt(contact.probability, contact.mask)
+        evidence = Evidence(own + disagreement, int(np.count_nonzero(contact.mask)))
         return Prediction(
-            contact_mask=mask,
-            probability=probability,
-            pressure=pressure,
+            contact_mask=contact.mask,
+            probability=contact.probability,
+            pressure=contact.pressure,
             method=NETWORK.name,
             evidence=evidence,
-            expected_error=ExpectedError.of(error_bars(evidence, self.weights.manifest["calibration"])),
+            expected_error=self._expected_error(evidence, NETWORK),
             outside=outside(found, self.weights.manifest["domain"]),
             timings_ms=timings_ms,
         )
@@ -229,25 +234,29 @@ class Surrogate:
         solution = solve(problem, tolerance=method.tolerance, initial_pressure=start).checked()
         exact = method.tolerance == SOLVED.tolerance
         before = {} if reached is None else reached.timings_ms
-        mask = solution.contact_mask if exact else active(problem, solution)
+        mask = solution.contact_mask if exact else active(problem, solution.pressure, solution.gap)
         pressure = np.where(mask, np.maximum(solution.pressure, np.finfo(np.float32).tiny), 0.0)
         disagreement = 1 - dice(solution.contact_mask, mask)
-        evidence = Evidence(disagreement, int(np.count_nonzero(mask)), log_load(problem) if problem.rms_slope else -np.inf)
+        evidence = Evidence(disagreement, int(np.count_nonzero(mask)))
         return Prediction(
             contact_mask=mask,
             probability=mask.astype(np.float32),
             pressure=pressure * (problem.nominal_pressure / pressure.mean()),
             method=method.name,
             evidence=evidence,
-            expected_error=ExpectedError.of(EXACT if exact else self._bars(evidence)),
+            expected_error=self._expected_error(evidence, method),
             outside=(),
             timings_ms=before | {"solve": before.get("solve", 0.0) + (perf_counter() - started) * 1e3},
         )
 
-    def _bars(self, evidence: Evidence) -> dict[str, ErrorBar]:
-        """Error bars of what a solve that stops early says; of anything, where that was not measured."""
+    def _expected_error(self, evidence: Evidence, method: Method) -> ExpectedError:
+        """As it was measured; unknown where it was not."""
         ways = self.weights.ways
-        return UNKNOWN if ways is None else error_bars(evidence, ways.calibration)
+        if method.tolerance == SOLVED.tolerance:
+            return ExpectedError.of(EXACT)
+        if ways is None:
+            return ExpectedError.of(UNKNOWN)
+        return ExpectedError.of(error_bars(evidence, ways.network if method == NETWORK else ways.stopped))
 
     @torch.inference_mode()
     def _evaluate(self, given: Features, boundary: Boundary) -> tuple[Tensor, Tensor]:

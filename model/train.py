@@ -18,13 +18,12 @@ from torch.optim.lr_scheduler import OneCycleLR
 from torch.optim.swa_utils import AveragedModel
 from tqdm import tqdm
 
-from model.calibration import QUANTITIES, Evidence, calibrated
 from model.dataset import described
 from model.domain import domain_of, statistics
 from model.errors import DatasetError, DivergedError
-from model.features import TYPICAL_LOG_LOAD, Features, network_input
+from model.features import Features, network_input
 from model.loss import contact_loss
-from model.mask import decide, doubt
+from model.mask import decide
 from model.metrics import compare
 from model.network import ContactNet
 from model.prepared import Prepared, prepare
@@ -141,13 +140,13 @@ def train(directory: Path, config: TrainConfig, processes: int = 1) -> None:
             bar.update()
             bar.set_postfix(loss=f"{np.mean(losses[-100:]):.4f}")
             if team.leads and (step % config.checkpoint_every == 0 or step == steps):
-                found, calibration = validate(mean, grids, device)
+                found = validate(mean, grids, device)
                 record = {"step": step, "loss": float(np.mean(losses)), "validation": found}
                 losses = []
                 tqdm.write(json.dumps(record), file=sys.stderr)
                 with (directory / "history.jsonl").open("a", encoding="utf-8") as lines:
                     lines.write(json.dumps(record) + "\n")
-                description = _description(config, record) | {"calibration": calibration, "domain": domain}
+                description = _description(config, record) | {"domain": domain}
                 save_weights(directory / "weights", mean, description)
                 _save(
                     checkpoint,
@@ -221,38 +220,33 @@ def turned(given: Features, pressure: Tensor, way: int) -> tuple[Features, Tenso
 
 
 @torch.no_grad()
-def validate(network: ContactNet, grids: list[Prepared], device: torch.device) -> tuple[dict[str, dict[str, float]], Any]:
-    """Errors on held-out maps, by grid, and the calibration of the error bars on all of them."""
+def validate(network: ContactNet, grids: list[Prepared], device: torch.device) -> dict[str, dict[str, float]]:
+    """Errors on held-out maps, by grid."""
     network.eval()
     found: dict[str, dict[str, float]] = {}
-    evidence: list[Evidence] = []
-    errors: dict[str, list[float]] = {quantity: [] for quantity in QUANTITIES}
     for grid in grids:
-        first = len(evidence)
-        areas = []
+        lost, areas, resistances = [], [], []
         for samples in grid.members("validation")[:VALIDATED].split(max(1, BATCH_PIXELS // grid.codes[0].numel())):
             given = grid.features(samples)
             with torch.autocast(device.type, dtype=torch.bfloat16):
                 logits = network(network_input(given).to(device), given.conditions.to(device))[:, 0]
             probabilities, references = torch.sigmoid(logits).cpu().numpy(), (grid.pressure[samples] > 0).numpy()
-            for probability, reference, load in zip(probabilities, references, given.conditions[:, 0].tolist(), strict=True):
+            for probability, reference in zip(probabilities, references, strict=True):
                 mask = decide(probability)
                 comparison = compare(reference, mask)
                 ratio = boyer_resistance(mask, (1.0, 1.0), 1.0) / boyer_resistance(reference, (1.0, 1.0), 1.0)
-                evidence.append(Evidence(doubt(probability, mask), int(mask.sum()), load + TYPICAL_LOG_LOAD))
-                errors["dice"].append(1 - comparison.dice)
-                errors["contact_area"].append(abs(comparison.area_error))
-                errors["contact_resistance"].append(abs(ratio - 1))
+                lost.append(1 - comparison.dice)
                 areas.append(comparison.area_error)
+                resistances.append(abs(ratio - 1))
         if areas:
             found[f"{grid.codes.shape[1]} x {grid.codes.shape[2]}"] = {
-                "dice": 1 - float(np.mean(errors["dice"][first:])),
-                "dice_5th_percentile": 1 - float(np.percentile(errors["dice"][first:], 95)),
-                "area_error": float(np.mean(errors["contact_area"][first:])),
+                "dice": 1 - float(np.mean(lost)),
+                "dice_5th_percentile": 1 - float(np.percentile(lost, 95)),
+                "area_error": float(np.mean(np.abs(areas))),
                 "area_bias": float(np.mean(areas)),
-                "resistance_error": float(np.mean(errors["contact_resistance"][first:])),
+                "resistance_error": float(np.mean(resistances)),
             }
-    return found, calibrated(evidence, errors)
+    return found
 
 
 def trained_domain(grids: list[Prepared]) -> dict[str, list[float]]:

@@ -26,7 +26,7 @@ class Weights:
     Attributes:
         network: ready to evaluate.
         version: its name and the start of its hash.
-        manifest: everything said of it: training, data, validation, calibration.
+        manifest: everything said of it: training, data, validation, domain.
         ways: to answer with it, as ``asperity evaluate`` measured them; None before that.
     """
 

@@ -35,6 +35,13 @@ class Preference:
     wait_s: float
     respond_async: bool
 
+    @property
+    def applied(self) -> dict[str, str]:
+        """The header that tells the client which of its preferences counted; none where it had none."""
+        waits = [f"wait={self.wait_s:g}"] if self.wait_s else []
+        applied = ["respond-async"] * self.respond_async + waits
+        return {"Preference-Applied": ", ".join(applied)} if applied else {}
+
 
 async def _preference(
     prefer: Annotated[

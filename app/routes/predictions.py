@@ -67,18 +67,20 @@ async def make_prediction(
     if preference.respond_async:
         pending, computing = await predictions.begin(files, form, idempotency_key)
         if not (await asyncio.wait({asyncio.ensure_future(computing)}, timeout=preference.wait_s))[0]:
-            return _accepted(pending)
+            return _accepted(pending, preference.applied)
         answer, known = await computing
     else:
         answer, known = await predictions.predict(files, form, idempotency_key)
     response.headers["Asperity-Cache"] = "hit" if known else "miss"
+    response.headers.update(preference.applied)
     if preference.wait_s and not preference.respond_async and answer.verification:
         answer.verification = await jobs.waited(answer.verification, preference.wait_s)
     return answer
 
 
-def _accepted(pending: Pending) -> Response:
-    return JSONResponse(pending.model_dump(), 202, {"Location": pending.url, "Retry-After": "1"})
+def _accepted(pending: Pending, applied: dict[str, str] | None = None) -> Response:
+    headers = {"Location": pending.url, "Retry-After": "1"} | (applied or {})
+    return JSONResponse(pending.model_dump(), 202, headers)
 
 
 @router.get("", responses=problems(InvalidFormError, *STORED))

@@ -36,6 +36,7 @@ async def queue_solve(
     """Queue a reference solve; its job says where it stands, and in the end holds the solution."""
     answer = await jobs.solve(await form.files(), form, idempotency_key)
     response.headers["Location"] = answer.job.url
+    response.headers.update(preference.applied)
     if preference.wait_s:
         answer.job = await jobs.waited(answer.job, preference.wait_s)
     return answer

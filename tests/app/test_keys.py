@@ -45,8 +45,9 @@ def test_a_client_has_so_many_requests_a_minute() -> None:
     limited = gate(requests_per_minute=3)
     for _ in range(3):
         limited.count("1.2.3.4", 3)
-    with pytest.raises(RateLimitedError, match="More than 3"):
+    with pytest.raises(RateLimitedError, match="More than 3") as refusal:
         limited.count("1.2.3.4", 3)
+    assert 50 <= refusal.value.retry_after_s <= 60
     limited.count("5.6.7.8", 3)
 
 

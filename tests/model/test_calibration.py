@@ -5,22 +5,14 @@ from model.calibration import QUANTITIES, Evidence, calibrated, error_bars
 
 
 def made_up(count: int, seed: int) -> tuple[list[Evidence], dict[str, list[float]]]:
-    """Errors that follow a power law of the doubt, the pixels and the load, with scatter."""
+    """Errors that follow a power law of the doubt, larger where few pixels touch, with scatter."""
     generator = np.random.default_rng(seed)
     evidence = [
-        Evidence(float(doubt), int(pixels), float(load))
-        for doubt, pixels, load in zip(
-            10 ** generator.uniform(-3, -1, count),
-            10 ** generator.uniform(1, 4, count),
-            generator.uniform(-4, -0.5, count),
-            strict=True,
-        )
+        Evidence(float(doubt), int(pixels))
+        for doubt, pixels in zip(10 ** generator.uniform(-3, -1, count), 10 ** generator.uniform(1, 4, count), strict=True)
     ]
     errors = {
-        quantity: [
-            scale * one.doubt**0.8 * one.contact_pixels**-0.1 * 10 ** (0.1 * one.log_load) * np.exp(0.4 * generator.normal())
-            for one in evidence
-        ]
+        quantity: [scale * one.doubt**0.8 * np.exp(one.contact_pixels**-0.5 + 0.4 * generator.normal()) for one in evidence]
         for quantity, scale in zip(QUANTITIES, (1.0, 0.5, 0.2), strict=True)
     }
     return evidence, errors
@@ -39,11 +31,11 @@ def test_means_and_bounds_hold_on_others() -> None:
 
 def test_no_error_is_expected_to_exceed_one() -> None:
     calibration = calibrated(*made_up(200, seed=0))
-    for bar in error_bars(Evidence(1.0, 1, 3.0), calibration).values():
+    for bar in error_bars(Evidence(1.0, 1), calibration).values():
         assert 0 < bar.expected <= bar.bound <= 1
 
 
 def test_a_prediction_without_doubt_and_without_contact_has_error_bars() -> None:
     calibration = calibrated(*made_up(200, seed=0))
-    for bar in error_bars(Evidence(0.0, 0, -4.0), calibration).values():
+    for bar in error_bars(Evidence(0.0, 0), calibration).values():
         assert np.isfinite([bar.expected, bar.bound]).all()

@@ -56,7 +56,7 @@ def test_the_card_holds_what_the_weights_reach_and_what_it_costs(
     assert {one.pixels for one in ways.measured} == {32**2, 64**2}
     assert {one.method for one in ways.measured} == set(METHODS)
     assert all(one.errors["dice"].expected < 1e-3 for one in ways.measured if one.method == SOLVED)
-    assert all(ways.calibration[quantity]["factor"] > 0 for quantity in QUANTITIES)
+    assert all(fitted[quantity]["factor"] > 0 for fitted in (ways.network, ways.stopped) for quantity in QUANTITIES)
 
 
 def test_no_training_surface_is_a_test_surface() -> None:

@@ -43,8 +43,10 @@ def test_the_load_measured_nearest_counts() -> None:
 
 
 def test_measurements_are_stored_and_restored() -> None:
-    calibration = {quantity: {"powers": [0.1, 1.0, 0.0, -0.2], "factor": 2.0} for quantity in QUANTITIES}
-    ways = Ways(tuple(measured()), calibration)
+    network, stopped = (
+        {quantity: {"coefficients": [0.1, 1.0, 0.5], "factor": factor} for quantity in QUANTITIES} for factor in (2.0, 3.0)
+    )
+    ways = Ways(tuple(measured()), network, stopped)
     assert restored(stored(ways)) == ways
 
 

@@ -48,6 +48,34 @@ def test_the_expected_error_is_of_the_size_of_the_error(surrogate: Surrogate) ->
     assert 0.5 < np.mean(expected) / np.mean(errors) < 2
 
 
+def test_the_expected_error_holds_on_surfaces_unlike_any_it_was_trained_on(surrogate: Surrogate) -> None:
+    """Noise, spikes, terraces, a grating and a chequerboard: errors of a per cent to a hundred, and bounds of nine in ten."""
+    rng = np.random.default_rng(0)
+    y, x = np.mgrid[:128, :128]
+    smooth = random_midpoint_displacement(128, seed=UNSEEN_SEED)
+    surfaces = [
+        rng.standard_normal((128, 128)),
+        smooth + 0.3 * (rng.random((128, 128)) < 0.002),
+        np.round(40 * smooth) / 40,
+        np.sin(2.1 * x) + np.sin(1.7 * y) + 2 * smooth,
+        (x // 3 + y // 3) % 2 + smooth,
+    ]
+    found, expected, covered = [], [], []
+    for heights in surfaces:
+        for log_load in (-3.0, -2.0, -1.5):
+            problem = ContactProblem(1e-7 * heights, (1e-6, 1e-6), 1.0, 1e10)
+            scale = problem.effective_modulus * problem.nominal_area * problem.rms_slope
+            problem = replace(problem, load=scale * 10**log_load)
+            prediction = surrogate.estimate(problem)
+            comparison, bars = compare(solve(problem).contact_mask, prediction.contact_mask), prediction.expected_error
+            found += [1 - comparison.dice, abs(comparison.area_error)]
+            expected += [bars.dice, bars.contact_area]
+            covered += [1 - comparison.dice <= bars.dice_bound, abs(comparison.area_error) <= bars.contact_area_bound]
+    assert np.mean(covered) > 0.8
+    assert 0.5 < np.mean(expected) / np.mean(found) < 2
+    assert np.corrcoef(np.log(expected), np.log(found))[0, 1] > 0.8
+
+
 def test_the_same_problem_gives_the_same_mask_in_any_units(surrogate: Surrogate) -> None:
     problem = rough(64, 200)
     prediction = surrogate.estimate(problem)

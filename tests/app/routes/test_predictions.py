@@ -131,6 +131,7 @@ def test_who_would_rather_not_wait_is_told_where_to_ask(client: httpx.Client, pr
     accepted = client.post("/v1/predictions", headers={"Prefer": "respond-async"}, **request)  # type: ignore[arg-type]
     assert accepted.status_code == 202
     place = accepted.headers["location"]
+    assert accepted.headers["preference-applied"] == "respond-async"
     assert accepted.json() == {"id": place.rpartition("/")[2], "url": place}
     while (answer := client.get(place)).status_code == 202:
         assert int(answer.headers["retry-after"]) > 0
@@ -138,6 +139,7 @@ def test_who_would_rather_not_wait_is_told_where_to_ask(client: httpx.Client, pr
     assert answer.json()["id"] == predict(load_n="21.5").json()["id"]
     at_once = client.post("/v1/predictions", headers={"Prefer": "respond-async, wait=30"}, **request)  # type: ignore[arg-type]
     assert at_once.json() == answer.json()
+    assert at_once.headers["preference-applied"] == "respond-async, wait=30"
 
 
 def test_who_did_not_wait_is_told_what_was_wrong(client: httpx.Client) -> None:

@@ -55,7 +55,9 @@ def test_waiting_for_the_end_is_a_preference(client: httpx.Client) -> None:
     patient = client.post("/v1/solves", headers={"prefer": "respond-async, wait=50"}, **request).json()["job"]["state"]  # type: ignore[arg-type]
     assert patient["status"] == "finished"
     assert patient["result"]["converged"]
-    assert client.post("/v1/solves", **request).json()["job"]["state"] is None  # type: ignore[arg-type]
+    at_once = client.post("/v1/solves", **request)  # type: ignore[arg-type]
+    assert at_once.json()["job"]["state"] is None
+    assert "preference-applied" not in at_once.headers
     big = {"data": UNITS | {"pixel_size_um": "1"}, "files": {"surface": surface_png(1024)}}
     hasty = client.post("/v1/solves", headers={"prefer": "wait=1"}, **big).json()["job"]  # type: ignore[arg-type]
     assert hasty["state"]["status"] in ("queued", "started")
