@@ -144,7 +144,10 @@ class ModelAnswer(BaseModel):
     name: str
     version: str = Field(description="name and start of the hash of the weights")
     sha256: str
-    domain: dict[str, tuple[float, float]] = Field(description="what statistics of the training problems range over")
+    domain: dict[str, tuple[float, float]] = Field(
+        description="lowest and highest in training: load, log10 F / (E* A0 rms slope); aspect, ln dy / dx; detail, log10 "
+        "of the rms roughness within 4 x 4 pixels over rms slope and pixel side; skewness; kurtosis, its log10"
+    )
     measured_error: dict[str, dict[str, float]] = Field(description="of the network alone on held-out maps, by grid")
 
 

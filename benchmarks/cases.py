@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from solver import ContactProblem, random_midpoint_displacement
-from solver.problem import Boundary
+from solver.problem import Boundary, FloatArray
 
 SIZE = 64
 PIXEL = 1e-3 / SIZE
@@ -80,3 +80,19 @@ def midpoint_problem(size: int, load: float, boundary: Boundary = "free", seed: 
     """A random midpoint surface of 1 mm square and 50 um high with the paper's material."""
     heights = random_midpoint_displacement(size, seed=seed) * 50e-6
     return ContactProblem(heights, (1e-3 / size, 1e-3 / size), load, 6.843e9, boundary)
+
+
+def unlike_training(size: int = 128) -> list[FloatArray]:
+    """Heights in m, shape (size, size), of kinds that no surrogate is trained on."""
+    generator = np.random.default_rng(0)
+    y, x = np.mgrid[:size, :size]
+    rough = random_midpoint_displacement(size, seed=20_000_000)
+    spikes = generator.random((size, size)) < 0.002
+    shapes = {
+        "noise": generator.standard_normal((size, size)),
+        "spikes": rough + 0.3 * spikes,
+        "terraces": np.round(40 * rough) / 40,
+        "grating": np.sin(2.1 * x) + np.sin(1.7 * y) + 2 * rough,
+        "chequerboard": (x // 3 + y // 3) % 2 + rough,
+    }
+    return [1e-7 * shape for shape in shapes.values()]
