@@ -53,8 +53,8 @@ def surface_warnings(height_map: HeightMap, form: BodiesForm, problem: ContactPr
     found = _grey_levels(height_map) + _other_units(height_map, form)
     if missing := height_map.missing:
         found.append(
-            f"{missing} pixels ({missing / height_map.values.size:.1%}) have no height; each was given that of the nearest "
-            "pixel with one."
+            f"{missing} pixels ({100 * missing / height_map.values.size:.2g} %) have no height; each was given that of the "
+            "nearest pixel with one."
         )
     tilt = _tilted_share(problem)
     if tilt > TILTED_SHARE:

@@ -1,4 +1,4 @@
-"""Contact problems on which solvers hang, crash, or claim a convergence that a fresh check denies."""
+"""Contact problems of benchmarks and tests: on which solvers hang, crash, or claim what a fresh check denies, and others."""
 
 from typing import Any
 
@@ -86,13 +86,13 @@ def unlike_training(size: int = 128) -> list[FloatArray]:
     """Heights in m, shape (size, size), of kinds that no surrogate is trained on."""
     generator = np.random.default_rng(0)
     y, x = np.mgrid[:size, :size]
-    rough = random_midpoint_displacement(size, seed=20_000_000)
+    rough = random_midpoint_displacement(size, seed=40_000_000)
     spikes = generator.random((size, size)) < 0.002
     shapes = {
         "noise": generator.standard_normal((size, size)),
         "spikes": rough + 0.3 * spikes,
         "terraces": np.round(40 * rough) / 40,
         "grating": np.sin(2.1 * x) + np.sin(1.7 * y) + 2 * rough,
-        "chequerboard": (x // 3 + y // 3) % 2 + rough,
+        "checkerboard": (x // 3 + y // 3) % 2 + rough,
     }
     return [1e-7 * shape for shape in shapes.values()]

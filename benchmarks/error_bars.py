@@ -2,7 +2,7 @@
 
     asperity benchmark error-bars [DIRECTORY]
 
-Odd ones are noise, spikes, terraces, a grating and a chequerboard; DIRECTORY holds measured maps and ``surfaces.json``
+Odd ones are noise, spikes, terraces, a grating and a checkerboard; DIRECTORY holds measured maps and ``surfaces.json``
 (name, png, pixel_size_x_um, pixel_size_y_um, height_range_um), pressed as they are and without their tilt. Loads are
 10^-3.5 to 10^-1.2 of E* A0 rms slope. Each cell has the mean error found / expected, errors above one counted as one, and
 how many were within the bound that nine in ten should be within.

@@ -1,7 +1,7 @@
 """The error to expect of a prediction, from what it tells of itself: fitted on held-out surfaces.
 
-An error is, on average, a power of the doubt, and more where few pixels touch; nine in ten errors stay below a multiple of
-that. The load and the number of pixels would fit synthetic surfaces a little better, and measured ones much worse.
+An error is, on average, a power of the doubt, and another one where few pixels touch; nine in ten errors stay below a
+multiple of that. Powers of the load and of the pixels would fit the synthetic surfaces better, and measured ones far worse.
 """
 
 from collections.abc import Mapping, Sequence

@@ -57,8 +57,9 @@ def evaluate(
     Returns:
         Rows of the network alone and of the served answer (``balanced``).
     """
-    ways = measure(Surrogate.load(weights))
-    (weights / MEASURED).write_text(stored(ways), encoding="utf-8")
+    unmeasured = Surrogate.load(weights)
+    ways = measure(unmeasured)
+    (weights / MEASURED).write_text(stored(ways, unmeasured.weights.manifest["sha256"]), encoding="utf-8")
     surrogate = Surrogate.load(weights)
     sets = held_out_sets(count)
     for one in sets:

@@ -160,15 +160,18 @@ def _expected(method: Method, pixels: int, log_load: float, measured: Sequence[M
     return Choice(method, at_size([one.milliseconds for one in nearest]) * beyond, errors)
 
 
-def stored(ways: Ways) -> str:
-    """As JSON, a measurement a line."""
+def stored(ways: Ways, sha256: str) -> str:
+    """As JSON, a measurement a line, with the hash of the weights that were measured."""
     lines = ",\n".join(json.dumps(asdict(one)) for one in ways.measured)
-    return f'{{"measured": [\n{lines}\n],\n"network": {json.dumps(ways.network)},\n"stopped": {json.dumps(ways.stopped)}}}\n'
+    calibrations = f'"network": {json.dumps(ways.network)},\n"stopped": {json.dumps(ways.stopped)}'
+    return f'{{"sha256": "{sha256}",\n"measured": [\n{lines}\n],\n{calibrations}}}\n'
 
 
-def restored(text: str) -> Ways:
-    """From JSON."""
+def restored(text: str, sha256: str) -> Ways | None:
+    """From JSON; None if other weights were measured."""
     content = json.loads(text)
+    if content.get("sha256") != sha256:
+        return None
     measured = tuple(
         Measured(
             Method(**one["method"]),

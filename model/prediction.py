@@ -57,7 +57,8 @@ class Prediction:
         expected_error: zero where the solver answered to its usual tolerance.
         outside: why the problem lies outside what the network was trained on, where its expected error may be far too
             small; empty if it does not, or if the solver answered.
-        timings_ms: by stage: ``features``, ``network``, ``check`` and ``solve``, as far as they were needed.
+        timings_ms: by stage: ``features``, ``network``, ``check`` and ``solve``, as far as they were needed; those of
+            a sweep are all in ``network``.
     """
 
     contact_mask: BoolArray

@@ -27,7 +27,7 @@ class Weights:
         network: ready to evaluate.
         version: its name and the start of its hash.
         manifest: everything said of it: training, data, validation, domain.
-        ways: to answer with it, as ``asperity evaluate`` measured them; None before that.
+        ways: to answer with it, as ``asperity evaluate`` measured them with these weights; None before that.
     """
 
     network: ContactNet
@@ -60,7 +60,7 @@ def load_weights(directory: Path = SHIPPED) -> Weights:
     network = load_network(directory)
     manifest = read_manifest(directory)
     table = directory / MEASURED
-    ways = restored(table.read_text(encoding="utf-8")) if table.exists() else None
+    ways = restored(table.read_text(encoding="utf-8"), manifest["sha256"]) if table.exists() else None
     return Weights(network.fuse(), version(manifest), manifest, ways)
 
 

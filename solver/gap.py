@@ -7,7 +7,7 @@ from solver.problem import ContactProblem, FloatArray
 
 
 def gap_under(problem: ContactProblem, pressure: FloatArray) -> FloatArray:
-    """Gap between the bodies under a pressure, the displacement in single precision.
+    """Gap between the bodies under a pressure, at less than the cost of a certificate: the displacement in single precision.
 
     Args:
         problem: what touches.

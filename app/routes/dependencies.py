@@ -20,7 +20,9 @@ Limit = Annotated[int, Query(ge=1, le=100, description="items a page")]
 Before = Annotated[str | None, Query(description="id of an item; older ones are listed")]
 IdempotencyKey = Annotated[str | None, Header(max_length=255, description="the same key and request count once")]
 LONGEST_WAIT_S = 60.0
-_WAIT = re.compile(r"(?:^|[,;\s])wait=(\d{1,6})")
+_WAIT = re.compile(r"wait=\d{1,6}")
+APPLIED = "Preference-Applied"
+"""Header of answers to a request with Prefer: what of it counted."""
 
 
 @dataclass(frozen=True)
@@ -35,21 +37,15 @@ class Preference:
     wait_s: float
     respond_async: bool
 
-    @property
-    def applied(self) -> dict[str, str]:
-        """The header that tells the client which of its preferences counted; none where it had none."""
-        waits = [f"wait={self.wait_s:g}"] if self.wait_s else []
-        applied = ["respond-async"] * self.respond_async + waits
-        return {"Preference-Applied": ", ".join(applied)} if applied else {}
-
 
 async def _preference(
     prefer: Annotated[
         str, Header(description="`wait=N`: seconds to wait; `respond-async`: rather an address to ask later than to wait")
     ] = "",
 ) -> Preference:
-    found = _WAIT.search(prefer)
-    return Preference(min(float(found[1]), LONGEST_WAIT_S) if found else 0.0, "respond-async" in prefer)
+    preferences = [part.strip().lower() for part in re.split("[,;]", prefer)]
+    waits = [float(part[5:]) for part in preferences if _WAIT.fullmatch(part)]
+    return Preference(min(*waits, LONGEST_WAIT_S) if waits else 0.0, "respond-async" in preferences)
 
 
 PreferenceDependency = Annotated[Preference, Depends(_preference)]

@@ -1,6 +1,7 @@
 """Predictions: made from an upload, read again by their id."""
 
 import asyncio
+from collections.abc import Mapping
 from typing import Annotated
 
 from fastapi import APIRouter, Form, Response
@@ -13,6 +14,7 @@ from app.problem import Problem
 from app.problems import problem_document
 from app.requests import PredictionForm
 from app.routes.dependencies import (
+    APPLIED,
     Before,
     IdempotencyKey,
     JobsDependency,
@@ -67,20 +69,19 @@ async def make_prediction(
     if preference.respond_async:
         pending, computing = await predictions.begin(files, form, idempotency_key)
         if not (await asyncio.wait({asyncio.ensure_future(computing)}, timeout=preference.wait_s))[0]:
-            return _accepted(pending, preference.applied)
+            return _accepted(pending, {APPLIED: "respond-async"})
         answer, known = await computing
     else:
         answer, known = await predictions.predict(files, form, idempotency_key)
     response.headers["Asperity-Cache"] = "hit" if known else "miss"
-    response.headers.update(preference.applied)
     if preference.wait_s and not preference.respond_async and answer.verification:
         answer.verification = await jobs.waited(answer.verification, preference.wait_s)
+        response.headers[APPLIED] = f"wait={preference.wait_s:g}"
     return answer
 
 
-def _accepted(pending: Pending, applied: dict[str, str] | None = None) -> Response:
-    headers = {"Location": pending.url, "Retry-After": "1"} | (applied or {})
-    return JSONResponse(pending.model_dump(), 202, headers)
+def _accepted(pending: Pending, headers: Mapping[str, str] | None = None) -> Response:
+    return JSONResponse(pending.model_dump(), 202, {"Location": pending.url, "Retry-After": "1", **(headers or {})})
 
 
 @router.get("", responses=problems(InvalidFormError, *STORED))

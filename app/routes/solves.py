@@ -7,7 +7,7 @@ from fastapi import APIRouter, Form, Response
 from app.documentation import Responses, link, problems
 from app.errors import IdempotencyKeyReusedError
 from app.requests import SolveForm
-from app.routes.dependencies import IdempotencyKey, JobsDependency, PreferenceDependency
+from app.routes.dependencies import APPLIED, IdempotencyKey, JobsDependency, PreferenceDependency
 from app.routes.problem_groups import QUEUEING, READING
 from app.schemas import SolveAnswer
 
@@ -36,7 +36,7 @@ async def queue_solve(
     """Queue a reference solve; its job says where it stands, and in the end holds the solution."""
     answer = await jobs.solve(await form.files(), form, idempotency_key)
     response.headers["Location"] = answer.job.url
-    response.headers.update(preference.applied)
     if preference.wait_s:
+        response.headers[APPLIED] = f"wait={preference.wait_s:g}"
         answer.job = await jobs.waited(answer.job, preference.wait_s)
     return answer

@@ -52,7 +52,8 @@ def test_the_card_holds_what_the_weights_reach_and_what_it_costs(
         assert min(picture.size) > 100
         assert f"(figures/{name}.png)" in card
 
-    ways = restored((weights / MEASURED).read_text())
+    ways = restored((weights / MEASURED).read_text(), surrogate.weights.manifest["sha256"])
+    assert ways
     assert {one.pixels for one in ways.measured} == {32**2, 64**2}
     assert {one.method for one in ways.measured} == set(METHODS)
     assert all(one.errors["dice"].expected < 1e-3 for one in ways.measured if one.method == SOLVED)

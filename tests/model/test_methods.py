@@ -47,7 +47,8 @@ def test_measurements_are_stored_and_restored() -> None:
         {quantity: {"coefficients": [0.1, 1.0, 0.5], "factor": factor} for quantity in QUANTITIES} for factor in (2.0, 3.0)
     )
     ways = Ways(tuple(measured()), network, stopped)
-    assert restored(stored(ways)) == ways
+    assert restored(stored(ways, "one hash"), "one hash") == ways
+    assert restored(stored(ways, "one hash"), "another hash") is None
 
 
 def test_accuracies() -> None:

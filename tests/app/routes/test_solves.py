@@ -52,7 +52,9 @@ def test_fields_that_were_not_asked_for_are_not_there(client: httpx.Client, fini
 
 def test_waiting_for_the_end_is_a_preference(client: httpx.Client) -> None:
     request = {"data": UNITS | {"load_n": "19"}, "files": {"surface": surface_png()}}
-    patient = client.post("/v1/solves", headers={"prefer": "respond-async, wait=50"}, **request).json()["job"]["state"]  # type: ignore[arg-type]
+    answer = client.post("/v1/solves", headers={"prefer": "respond-async, Wait=50"}, **request)  # type: ignore[arg-type]
+    assert answer.headers["preference-applied"] == "wait=50"
+    patient = answer.json()["job"]["state"]
     assert patient["status"] == "finished"
     assert patient["result"]["converged"]
     at_once = client.post("/v1/solves", **request)  # type: ignore[arg-type]
