@@ -94,7 +94,8 @@ def test_from_upload_to_verification(page: Page, surface: Path) -> None:
     expect(page.locator("#reference")).to_contain_text("Converged")
     difference = page.get_by_role("radio", name="Difference")
     expect(difference).to_be_enabled()
-    difference.check(force=True)
+    page.locator("label", has=difference).click()
+    expect(difference).to_be_checked()
     expect(page.locator("#legend")).to_have_text(re.compile("both.*predicted only.*reference only"))
 
     page.locator("#opacity").fill("30")
@@ -182,7 +183,7 @@ def test_a_file_that_is_no_height_map_is_told_at_the_file(page: Page, tmp_path: 
 
 def test_two_bodies_in_place_of_the_effective_modulus(page: Page, surface: Path) -> None:
     fill(page, surface)
-    page.get_by_role("radio", name="Two bodies").check(force=True)
+    page.locator("label", has=page.get_by_role("radio", name="Two bodies")).click()
     for name, value in {"youngs_modulus_1_gpa": "inf", "poissons_ratio_1": "0.3"}.items():
         page.fill(f"#{name}", value)
     page.get_by_role("button", name="Predict contact").click()
