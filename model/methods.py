@@ -5,11 +5,12 @@ names, for maps of several sizes under several loads; between them it is interpo
 """
 
 import json
-from collections.abc import Sequence
+import math
+from bisect import bisect_left
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import Literal
-
-import numpy as np
 
 from model.calibration import QUANTITIES, Calibration, ErrorBar
 from model.errors import AccuracyError
@@ -93,6 +94,11 @@ class Ways:
     network: Calibration
     stopped: Calibration
 
+    @cached_property
+    def table(self) -> "Table":
+        """The measurements in their places."""
+        return tabulated(self.measured)
+
 
 @dataclass(frozen=True)
 class Choice:
@@ -119,16 +125,28 @@ def target_of(accuracy: Accuracy) -> float:
     )
 
 
-def choose(target: float, pixels: int, log_load: float, measured: Sequence[Measured]) -> list[Choice]:
+Table = Mapping[Method, Mapping[int, Sequence[Measured]]]
+"""Measurements by method and pixels."""
+
+
+def tabulated(measured: Iterable[Measured]) -> Table:
+    """Measurements of several loads in their places."""
+    table: dict[Method, dict[int, list[Measured]]] = {}
+    for one in measured:
+        table.setdefault(one.method, {}).setdefault(one.pixels, []).append(one)
+    return table
+
+
+def choose(target: float, pixels: int, log_load: float, table: Table) -> list[Choice]:
     """The methods whose error is within a target, the cheapest first; the full solve always is.
 
     Args:
         target: mean error that is allowed.
         pixels: of the map.
         log_load: log10 F / (E* A0 rms slope).
-        measured: what is known of the methods.
+        table: what is known of the methods.
     """
-    choices = [_expected(method, pixels, log_load, measured) for method in METHODS]
+    choices = [_expected(method, pixels, log_load, by_pixels) for method, by_pixels in table.items()]
     good = [choice for choice in choices if choice.method == SOLVED or _within(choice.errors, target)]
     return sorted(good, key=lambda choice: choice.milliseconds)
 
@@ -138,26 +156,23 @@ def _within(errors: dict[str, ErrorBar], target: float) -> bool:
     return all(error.expected <= target and error.bound <= RARELY_BEYOND * target for error in errors.values())
 
 
-def _expected(method: Method, pixels: int, log_load: float, measured: Sequence[Measured]) -> Choice:
-    """What was measured of a method at the nearest load of each size, interpolated between sizes on logarithmic scales."""
-    sizes = sorted({one.pixels for one in measured})
-    nearest = [
-        min(
-            (one for one in measured if (one.method, one.pixels) == (method, size)),
-            key=lambda one: abs(one.log_load - log_load),
-        )
-        for size in sizes
-    ]
+def _expected(method: Method, pixels: int, log_load: float, by_pixels: Mapping[int, Sequence[Measured]]) -> Choice:
+    """What was measured of a method at the nearest load, interpolated between sizes on logarithmic scales."""
+    sizes = sorted(by_pixels)
+    place = bisect_left(sizes, pixels)
+    ends = sizes[max(place - 1, 0)], sizes[min(place, len(sizes) - 1)]
+    share = math.log(pixels / ends[0]) / math.log(ends[1] / ends[0]) if ends[0] < ends[1] else 0.0
+    below, above = (min(by_pixels[end], key=lambda one: abs(one.log_load - log_load)) for end in ends)
 
-    def at_size(values: list[float]) -> float:
-        return float(np.exp(np.interp(np.log(pixels), np.log(sizes), np.log(np.maximum(values, LEAST_ERROR)))))
+    def between(low: float, high: float) -> float:
+        return float(max(low, LEAST_ERROR) ** (1 - share) * max(high, LEAST_ERROR) ** share)
 
     errors = {}
     for quantity in QUANTITIES:
-        bars = [one.errors[quantity] for one in nearest]
-        errors[quantity] = ErrorBar(at_size([bar.expected for bar in bars]), at_size([bar.bound for bar in bars]))
+        low, high = below.errors[quantity], above.errors[quantity]
+        errors[quantity] = ErrorBar(between(low.expected, high.expected), between(low.bound, high.bound))
     beyond = max(1.0, pixels / sizes[-1])
-    return Choice(method, at_size([one.milliseconds for one in nearest]) * beyond, errors)
+    return Choice(method, between(below.milliseconds, above.milliseconds) * beyond, errors)
 
 
 def stored(ways: Ways, sha256: str) -> str:

@@ -126,7 +126,7 @@ class Surrogate:
             return [SOLVED]
         if self.weights.ways is None:
             return [NETWORK]
-        choices = choose(target, problem.heights.size, log_load(problem), self.weights.ways.measured)
+        choices = choose(target, problem.heights.size, log_load(problem), self.weights.ways.table)
         return [choice.method for choice in choices]
 
     def _completed(

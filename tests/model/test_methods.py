@@ -4,7 +4,7 @@ import pytest
 
 from model.calibration import QUANTITIES, ErrorBar
 from model.errors import AccuracyError
-from model.methods import METHODS, NETWORK, SOLVED, Measured, Ways, choose, restored, stored, target_of
+from model.methods import METHODS, NETWORK, SOLVED, Measured, Ways, choose, restored, stored, tabulated, target_of
 
 
 def measured() -> list[Measured]:
@@ -21,14 +21,14 @@ def measured() -> list[Measured]:
 
 
 def test_the_cheapest_that_is_accurate_enough_comes_first() -> None:
-    assert choose(0.03, 64**2, -2.0, measured())[0].method == SOLVED
-    assert choose(0.03, 256**2, -2.0, measured())[0].method == NETWORK
-    assert choose(0.01, 256**2, -2.0, measured())[0].method not in (NETWORK, SOLVED)
-    assert [choice.method for choice in choose(0.0, 256**2, -2.0, measured())] == [SOLVED]
+    assert choose(0.03, 64**2, -2.0, tabulated(measured()))[0].method == SOLVED
+    assert choose(0.03, 256**2, -2.0, tabulated(measured()))[0].method == NETWORK
+    assert choose(0.01, 256**2, -2.0, tabulated(measured()))[0].method not in (NETWORK, SOLVED)
+    assert [choice.method for choice in choose(0.0, 256**2, -2.0, tabulated(measured()))] == [SOLVED]
 
 
 def test_between_and_beyond_the_sizes_measured_costs_follow() -> None:
-    costs = [choose(0.0, size**2, -2.0, measured())[0].milliseconds for size in (32, 64, 128, 256, 512)]
+    costs = [choose(0.0, size**2, -2.0, tabulated(measured()))[0].milliseconds for size in (32, 64, 128, 256, 512)]
     assert costs[0] == pytest.approx(costs[1])
     assert costs[1] < costs[2] < costs[3]
     assert costs[4] == pytest.approx(4 * costs[3])
@@ -38,8 +38,8 @@ def test_the_load_measured_nearest_counts() -> None:
     """Under the heavier load everything but the full solve is bad."""
     bad = dict.fromkeys(QUANTITIES, ErrorBar(0.5, 0.9))
     rows = [replace(one, errors=bad) if one.log_load > -2 and one.method != SOLVED else one for one in measured()]
-    assert choose(0.03, 256**2, -2.9, rows)[0].method == NETWORK
-    assert choose(0.03, 256**2, -1.2, rows)[0].method == SOLVED
+    assert choose(0.03, 256**2, -2.9, tabulated(rows))[0].method == NETWORK
+    assert choose(0.03, 256**2, -1.2, tabulated(rows))[0].method == SOLVED
 
 
 def test_measurements_are_stored_and_restored() -> None:
