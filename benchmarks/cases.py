@@ -82,17 +82,16 @@ def midpoint_problem(size: int, load: float, boundary: Boundary = "free", seed: 
     return ContactProblem(heights, (1e-3 / size, 1e-3 / size), load, 6.843e9, boundary)
 
 
-def unlike_training(size: int = 128) -> list[FloatArray]:
-    """Heights in m, shape (size, size), of kinds that no surrogate is trained on."""
+def unlike_training() -> dict[str, FloatArray]:
+    """Heights in m, shape (128, 128), of kinds that no surrogate is trained on."""
     generator = np.random.default_rng(0)
-    y, x = np.mgrid[:size, :size]
-    rough = random_midpoint_displacement(size, seed=40_000_000)
-    spikes = generator.random((size, size)) < 0.002
-    shapes = {
-        "noise": generator.standard_normal((size, size)),
-        "spikes": rough + 0.3 * spikes,
-        "terraces": np.round(40 * rough) / 40,
-        "grating": np.sin(2.1 * x) + np.sin(1.7 * y) + 2 * rough,
-        "checkerboard": (x // 3 + y // 3) % 2 + rough,
+    y, x = np.mgrid[:128, :128]
+    rough = random_midpoint_displacement(128, seed=40_000_000)
+    noise, spikes = generator.standard_normal(rough.shape), generator.random(rough.shape) < 0.002
+    return {
+        "noise": 1e-7 * noise,
+        "spikes": 1e-7 * (rough + 0.3 * spikes),
+        "terraces": 1e-7 * np.round(40 * rough) / 40,
+        "grating": 1e-7 * (np.sin(2.1 * x) + np.sin(1.7 * y) + 2 * rough),
+        "checkerboard": 1e-7 * ((x // 3 + y // 3) % 2 + rough),
     }
-    return [1e-7 * shape for shape in shapes.values()]

@@ -35,7 +35,7 @@ def main() -> None:
     ways = {"network alone": surrogate.estimate} | {
         f"served, {word}": partial(surrogate.predict, accuracy=word) for word in ("fast", "balanced")
     }
-    surfaces = [("odd", heights, (1e-6, 1e-6)) for heights in unlike_training()]
+    surfaces = [("odd", heights, (1e-6, 1e-6)) for heights in unlike_training().values()]
     if len(sys.argv) > 1:
         surfaces += _measured(Path(sys.argv[1]))
     problems = [(kind, problem) for kind, heights, pixel_size in surfaces for problem in _pressed(heights, pixel_size)]

@@ -53,7 +53,7 @@ def test_the_expected_error_is_of_the_size_of_the_error(surrogate: Surrogate) ->
 def test_the_expected_error_holds_on_surfaces_unlike_any_it_was_trained_on(surrogate: Surrogate) -> None:
     """Noise, spikes, terraces, a grating and a checkerboard: errors of one per cent to a hundred."""
     found, expected, covered = [], [], []
-    for heights in unlike_training():
+    for heights in unlike_training().values():
         for log_load in (-3.0, -2.0, -1.5):
             problem = ContactProblem(heights, (1e-6, 1e-6), 1.0, 1e10)
             scale = problem.effective_modulus * problem.nominal_area * problem.rms_slope
