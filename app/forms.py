@@ -159,7 +159,12 @@ def choose_one(name: str, value: object, others: tuple[str, ...], given: Mapping
 
 
 def field_errors(errors: Iterable[Mapping[str, Any]], forms: Sequence[type[BaseModel]] = (ProblemForm,)) -> list[FieldError]:
-    """Pydantic's error list as messages for people, in the order of the fields; the forms say what each field is."""
+    """Pydantic's error list as messages for people, in the order of the fields.
+
+    Args:
+        errors: of pydantic.
+        forms: that say what each field is; the first is the one that was filled in.
+    """
     return [_field_error(error, forms) for error in errors]
 
 
@@ -182,7 +187,7 @@ def _field_error(error: Mapping[str, Any], forms: Sequence[type[BaseModel]]) -> 
         case "float_parsing" | "float_type":
             return FieldError(field, "not-a-number", f"{field} is {value!r}; it must be a number: the {wanted}.")
         case "extra_forbidden":
-            known = sorted({name for form in forms for name in form.model_fields})
+            known = sorted(forms[0].model_fields)
             similar = get_close_matches(field, known, 1)
             advice = f"did you mean {similar[0]}?" if similar else f"it takes {', '.join(known)}."
             return FieldError(field, "unknown", f"{field} is no field of this form; {advice}")

@@ -18,6 +18,14 @@ OUT_OF_DISTRIBUTION = (
     "for the accuracy 'exact'. The reason: {reasons}."
 )
 
+BEYOND_ELASTICITY = 0.5
+"""Mean contact pressure over E* at which strains are no longer small."""
+
+TOO_MUCH_LOAD = (
+    "The mean contact pressure is {ratio:.2g} times the effective modulus, far beyond what linear elasticity describes; "
+    "check load, units and modulus, or give a hardness."
+)
+
 
 @dataclass(frozen=True)
 class Wanted:
@@ -88,6 +96,9 @@ def predict(
     solution = solution_of(problem, prediction.pressure) if {"statistics", "resistances"} & set(wanted.outputs) else None
     if not prediction.in_distribution:
         warnings.append(OUT_OF_DISTRIBUTION.format(reasons="; ".join(prediction.outside)))
+    ratio = problem.nominal_pressure / mask.mean() / problem.effective_modulus
+    if ratio > BEYOND_ELASTICITY:
+        warnings.append(TOO_MUCH_LOAD.format(ratio=ratio))
     measured = {
         "contact_resistance_ohm": resistivity and boyer_resistance(mask, problem.pixel_size, resistivity),
         "statistics": statistics(problem, solution) if solution and "statistics" in wanted.outputs else None,

@@ -48,7 +48,8 @@ class JobState:
     Attributes:
         kind: whether it checks a prediction.
         queue_position: jobs that are before it; None once it has started.
-        progress: ``iteration``, ``residual`` and ``seconds_left`` of the solve; None before its first report.
+        progress: ``iteration``, ``residual`` and ``seconds_left`` of the solve; None before its first report
+            and after its end.
         reference: the reference solution (worker.verification.Reference as a dict) of a finished job.
         comparison: agreement of the prediction with the reference, of a finished verification.
         error: why a failed job failed.
@@ -181,7 +182,7 @@ class VerificationQueue:
             kind=job.meta.get("kind", "verification"),
             status=status,
             queue_position=self.queue.get_job_position(job) if status == "queued" else None,
-            progress=job.meta.get("progress"),
+            progress=job.meta.get("progress") if status == "started" else None,
             reference=result["reference"] if result else None,
             comparison=result["comparison"] if result else None,
             error=failure_of(job) if status == "failed" else None,

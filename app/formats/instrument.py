@@ -18,6 +18,10 @@ from app.height_map import HeightMap, check_size
 READ = "PNG, TIFF, NPY, tables of numbers (CSV), and the files of most instruments (X3P, SUR, SDF, OPD, PLU, AL3D, DI, ...)"
 
 
+UNSIGNED = ("hgt",)
+"""Formats without a signature, which any file of the right size would be."""
+
+
 def read_instrument(data: bytes) -> HeightMap:
     """Read the default channel of an instrument's file.
 
@@ -39,6 +43,8 @@ def read_instrument(data: bytes) -> HeightMap:
 
 def _read(data: bytes) -> HeightMap:
     name = detect_format(io.BytesIO(data))
+    if name in UNSIGNED:
+        raise CannotDetectFileFormat(name)
     reader: Any = open_topography(io.BytesIO(data), format=name)
     channel = reader.default_channel
     check_size(tuple(channel.nb_grid_pts))

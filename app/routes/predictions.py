@@ -76,6 +76,7 @@ async def make_prediction(
     response.headers["Asperity-Cache"] = "hit" if known else "miss"
     if preference.wait_s and not preference.respond_async and answer.verification:
         answer.verification = await jobs.waited(answer.verification, preference.wait_s)
+    if preference.wait_s and (preference.respond_async or answer.verification):
         response.headers[APPLIED] = f"wait={preference.wait_s:g}"
     return answer
 

@@ -33,6 +33,12 @@ def test_a_map_written_by_another_program_comes_back(tmp_path: Path) -> None:
     assert height_map.pixel_size == pytest.approx((1e-9, 2e-9))
 
 
+def test_a_text_of_a_square_number_of_letter_pairs_is_no_map() -> None:
+    """Readers of formats without a signature would take it."""
+    with pytest.raises(UploadError, match="no format that is read"):
+        read_instrument(b"Height maps! word" * 34)
+
+
 def test_a_profile_is_no_map() -> None:
     lines = "\n".join(f"{x} {x % 7}" for x in np.arange(100.0))
     with pytest.raises(UploadError):

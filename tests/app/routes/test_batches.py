@@ -37,3 +37,11 @@ def test_what_is_no_archive(client: httpx.Client) -> None:
     response = client.post("/v1/batches", data=UNITS, files={"archive": surface_png()})
     assert response.status_code == 422
     assert response.json()["errors"][0]["field"] == "archive"
+
+
+def test_a_field_of_another_form_is_not_suggested(client: httpx.Client) -> None:
+    response = client.post("/v1/batches", data=UNITS, files={"surface": surface_png()})
+    (error,) = [one for one in response.json()["errors"] if one["code"] == "unknown"]
+    assert error["field"] == "surface"
+    assert "archive" in error["detail"]
+    assert "did you mean surface" not in error["detail"]

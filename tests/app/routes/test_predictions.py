@@ -139,7 +139,7 @@ def test_who_would_rather_not_wait_is_told_where_to_ask(client: httpx.Client, pr
     assert answer.json()["id"] == predict(load_n="21.5").json()["id"]
     at_once = client.post("/v1/predictions", headers={"Prefer": "respond-async, wait=30"}, **request)  # type: ignore[arg-type]
     assert at_once.json() == answer.json()
-    assert "preference-applied" not in at_once.headers
+    assert at_once.headers["preference-applied"] == "wait=30"
 
 
 def test_who_did_not_wait_is_told_what_was_wrong(client: httpx.Client) -> None:
@@ -159,6 +159,11 @@ def test_a_field_that_is_unknown_is_refused(predict: Predict) -> None:
     (error,) = response.json()["errors"]
     assert (error["field"], error["code"]) == ("bonudary", "unknown")
     assert "did you mean boundary?" in error["detail"]
+
+
+def test_a_load_beyond_elasticity_is_told(predict: Predict) -> None:
+    assert not any("linear elasticity" in warning for warning in predict(load_n="20").json()["warnings"])
+    assert any("linear elasticity" in warning for warning in predict(load_n="2e5").json()["warnings"])
 
 
 def test_what_was_not_asked_for_is_said_to_be_so(predict: Predict, client: httpx.Client) -> None:
