@@ -80,6 +80,18 @@ class Measured:
     errors: dict[str, ErrorBar]
 
 
+Table = Mapping[Method, Mapping[int, Sequence[Measured]]]
+"""Measurements by method and pixels."""
+
+
+def tabulated(measured: Iterable[Measured]) -> Table:
+    """Measurements of several loads in their places."""
+    table: dict[Method, dict[int, list[Measured]]] = {}
+    for one in measured:
+        table.setdefault(one.method, {}).setdefault(one.pixels, []).append(one)
+    return table
+
+
 @dataclass(frozen=True)
 class Ways:
     """What is known of the ways to answer.
@@ -95,7 +107,7 @@ class Ways:
     stopped: Calibration
 
     @cached_property
-    def table(self) -> "Table":
+    def table(self) -> Table:
         """The measurements in their places."""
         return tabulated(self.measured)
 
@@ -123,18 +135,6 @@ def target_of(accuracy: Accuracy) -> float:
     raise AccuracyError(
         f"The accuracy is {accuracy!r}; it must be {', '.join(TARGETS)}, or the mean error that is allowed, from 0 to 1."
     )
-
-
-Table = Mapping[Method, Mapping[int, Sequence[Measured]]]
-"""Measurements by method and pixels."""
-
-
-def tabulated(measured: Iterable[Measured]) -> Table:
-    """Measurements of several loads in their places."""
-    table: dict[Method, dict[int, list[Measured]]] = {}
-    for one in measured:
-        table.setdefault(one.method, {}).setdefault(one.pixels, []).append(one)
-    return table
 
 
 def choose(target: float, pixels: int, log_load: float, table: Table) -> list[Choice]:

@@ -9,7 +9,7 @@ from solver import solve
 
 def test_the_solution_agrees_with_the_mechanics_and_what_differs_does_not() -> None:
     problem = midpoint_problem(128, 30.0)
-    solution = solve(problem, tolerance=1e-9)
+    solution = solve(problem, tolerance=1e-9).checked()
     relative = torch.tensor(solution.pressure / solution.pressure.max(), dtype=torch.float32)
 
     def of(mask: np.ndarray, pressure: torch.Tensor) -> Contact:

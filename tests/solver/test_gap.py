@@ -14,13 +14,13 @@ def test_the_pressure_of_a_solution_leaves_the_gap_of_the_solution(
 ) -> None:
     heights = midpoint_problem(64, 30.0).heights
     problem = ContactProblem(heights, pixel_size, 1e-2, 7e9, boundary)
-    solution = solve(problem, tolerance=1e-9)
+    solution = solve(problem, tolerance=1e-9).checked()
     np.testing.assert_allclose(gap_under(problem, solution.pressure), solution.gap, atol=1e-5 * np.ptp(heights))
 
 
 def test_too_much_pressure_at_one_place_parts_the_bodies_there_and_they_overlap_elsewhere() -> None:
     problem = midpoint_problem(64, 30.0)
-    solution = solve(problem)
+    solution = solve(problem).checked()
     row, column = np.unravel_index(solution.pressure.argmax(), problem.shape)
     pressure = solution.pressure.copy()
     pressure[row, column] *= 3
